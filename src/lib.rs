@@ -1,0 +1,8 @@
+//! Numerics of BRDFs and of the rendering equation.
+
+pub mod bsdf;
+pub mod math;
+pub mod sampling;
+pub mod validate;
+
+pub use glam;

@@ -1,0 +1,9 @@
+//! Geometry, special functions, sums and deterministic quadrature: everything that knows nothing of light.
+
+pub mod chart;
+pub mod color;
+pub mod cubature;
+pub mod quadrature;
+pub mod special;
+pub mod sphere;
+pub mod sum;

@@ -1,0 +1,5 @@
+//! Random streams and the maps from the unit square to directions, each with density and inverse.
+
+pub mod discrete;
+pub mod stream;
+pub mod warp;
