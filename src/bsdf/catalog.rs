@@ -13,9 +13,30 @@ pub struct Entry {
     /// The parameters, in the order in which they are shown.
     pub params: &'static [ParamSpec],
     /// Subjects that show the model's range; each is put through the whole verdict sheet.
-    pub examples: &'static [&'static str],
+    pub examples: &'static [Example],
     /// Makes the model.
     pub build: fn(&Args) -> Result<Box<dyn Bsdf>, SubjectError>,
+}
+
+/// A subject, and the laws that it is known to break.
+#[derive(Clone, Copy, Debug)]
+pub struct Example {
+    /// `name:key=value,…`.
+    pub subject: &'static str,
+    /// The checks of the verdict sheet that must fail, with good reason, stated in the model's file; all others must not.
+    pub breaks: &'static [&'static str],
+}
+
+impl Example {
+    /// A subject that obeys every law.
+    pub const fn lawful(subject: &'static str) -> Self {
+        Self { subject, breaks: &[] }
+    }
+
+    /// A subject that fails exactly these checks.
+    pub const fn breaking(subject: &'static str, breaks: &'static [&'static str]) -> Self {
+        Self { subject, breaks }
+    }
 }
 
 /// All models, in the order in which they are shown.
@@ -36,8 +57,8 @@ mod tests {
         for entry in MODELS {
             assert!(!entry.examples.is_empty(), "{} has no example", entry.name);
             for example in entry.examples {
-                let model = subject::parse(example);
-                assert!(model.is_ok(), "{example}: {}", model.unwrap_err());
+                let model = subject::parse(example.subject);
+                assert!(model.is_ok(), "{}: {}", example.subject, model.unwrap_err());
             }
         }
     }

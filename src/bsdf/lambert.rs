@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::catalog::Entry;
+use super::catalog::{Entry, Example};
 use super::subject::ParamSpec;
 use super::{Bsdf, BsdfSample, Density, Domain, ParamError, Uniforms};
 use crate::math::color::Rgb;
@@ -63,7 +63,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "lambert",
     summary: "perfectly diffuse, f = rho/π",
     params: &[ParamSpec::new("rho", RHO, "reflectance").or("0.8")],
-    examples: &["lambert:rho=0.8", "lambert:rho=1"],
+    examples: &[Example::lawful("lambert:rho=0.8"), Example::lawful("lambert:rho=1")],
     build: |args| Ok(Box::new(Lambert::new(args.colour("rho")?)?)),
 };
 
