@@ -1,1 +1,237 @@
-//! x
+//! Polar coordinates on the hemisphere that follow a lobe and end exactly at the horizon.
+//!
+//! A chart maps (t, φ) in [0, 1] × [0, 2π) onto the directions above the horizon. Around its pole, the angle grows as
+//!
+//! θ(t) = θmax(φ) sinh(k t) / sinh(k),
+//!
+//! linearly at first and then exponentially, so that features of every size down to θmax k / sinh k are equally easy
+//! to see. θmax(φ) is where the ray meets the horizon, in closed form: with a pole at polar angle θp, the height of
+//! the direction at angle θ along azimuth φ is A cos(θ − δ), δ = atan2(sinθp cosφ, cosθp), A² = cos²θp + sin²θp cos²φ.
+//! The horizon is therefore an edge of the domain and costs an integrator nothing.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::sphere::{basis, half_vector};
+
+/// Zoom of the charts about a lobe: resolves angles from θmax down to about 2·10⁻⁵ θmax without any subdivision.
+const ZOOM: f64 = 14.0;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// The angle is between the pole and the direction itself.
+    Direction,
+    /// The angle is between the normal and the half vector of the direction and `wo`.
+    Half,
+    /// The angle is between the normal and a microfacet normal visible from `wo`.
+    VisibleNormal,
+}
+
+/// A coordinate system on the hemisphere above the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Chart {
+    kind: Kind,
+    /// φ = 0, φ = π/2 and the pole itself.
+    axes: [DVec3; 3],
+    wo: DVec3,
+    zoom: f64,
+}
+
+/// A ray of constant φ in a chart.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    kind: Kind,
+    pole: DVec3,
+    side: DVec3,
+    wo: DVec3,
+    /// A of the module's formula: the height of the highest direction on the great circle of this ray.
+    height: f64,
+    limit: f64,
+    zoom: f64,
+    sinh_zoom: f64,
+}
+
+/// The azimuth of `w` as a unit vector in the plane; +x where it has none.
+fn heading(w: DVec3) -> DVec3 {
+    DVec3::new(w.x, w.y, 0.0).normalize_or(DVec3::X)
+}
+
+impl Chart {
+    /// Angles from the normal, evenly spaced; φ = 0 along the azimuth of `wo`. Fits diffuse reflection.
+    pub fn upright(wo: DVec3) -> Self {
+        let x = heading(wo);
+        Self { kind: Kind::Direction, axes: [x, DVec3::Z.cross(x), DVec3::Z], wo, zoom: 0.0 }
+    }
+
+    /// Angles from `pole`, zoomed towards it; φ = 0 ascends. Fits lobes about a direction, such as Phong's.
+    pub fn about(pole: DVec3, wo: DVec3) -> Self {
+        if pole.x == 0.0 && pole.y == 0.0 {
+            return Self { zoom: ZOOM, ..Self::upright(wo) };
+        }
+        let (s, t) = basis(pole);
+        Self { kind: Kind::Direction, axes: [t, s, pole], wo, zoom: ZOOM }
+    }
+
+    /// Angles of the half vector from the normal, zoomed; φ = 0 leans towards `wo`. Fits microfacet models.
+    pub fn half(wo: DVec3) -> Self {
+        Self { kind: Kind::Half, zoom: ZOOM, ..Self::upright(wo) }
+    }
+
+    /// Microfacet normals m with m.z > 0 that `wo` sees from the front (wo·m > 0): the domain of visible normals. The
+    /// direction at (t, φ) is m itself.
+    pub fn visible_normals(wo: DVec3) -> Self {
+        Self { kind: Kind::VisibleNormal, zoom: ZOOM, ..Self::upright(wo) }
+    }
+
+    /// Polar angle of the chart's pole (of `wo`, for the charts of half vectors and normals) as (sin, cos).
+    fn tilt(&self) -> (f64, f64) {
+        let w = if self.kind == Kind::Direction { self.axes[2] } else { self.wo };
+        (w.x.hypot(w.y), w.z)
+    }
+
+    /// The ray at azimuth `phi`.
+    pub fn row(&self, phi: f64) -> Row {
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let (sin_tilt, cos_tilt) = self.tilt();
+        let rise = sin_tilt * cos_phi;
+        let delta = rise.atan2(cos_tilt);
+        let limit = match self.kind {
+            Kind::Direction => FRAC_PI_2 + delta,
+            // wi.z = A cos(2θ − δ), since wi lies at twice the angle of the half vector, seen from −wo mirrored.
+            Kind::Half => 0.5 * (FRAC_PI_2 + delta),
+            // wo·m = A cos(θ − δ), and m.z > 0.
+            Kind::VisibleNormal => FRAC_PI_2 + delta.min(0.0),
+        };
+        Row {
+            kind: self.kind,
+            pole: self.axes[2],
+            side: cos_phi * self.axes[0] + sin_phi * self.axes[1],
+            wo: self.wo,
+            height: rise.hypot(cos_tilt),
+            limit,
+            zoom: self.zoom,
+            sinh_zoom: self.zoom.sinh(),
+        }
+    }
+
+    /// The coordinates (t, φ) of the direction `w`; t > 1 beyond the horizon.
+    pub fn coordinates(&self, w: DVec3) -> DVec2 {
+        let v = if self.kind == Kind::Half { half_vector(self.wo, w) } else { w };
+        let (x, y, z) = (v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]));
+        let phi = y.atan2(x);
+        let phi = if phi < 0.0 { phi + TAU } else { phi };
+        let part = x.hypot(y).atan2(z) / self.row(phi).limit;
+        let t = if self.zoom == 0.0 { part } else { (self.zoom.sinh() * part).asinh() / self.zoom };
+        DVec2::new(t, phi)
+    }
+
+    /// Where to cut t and φ before anything is known: at the kinks that reflection models have in these coordinates.
+    ///
+    /// Diffuse models break at θi = θo and at right angles to the plane of incidence; charts about a lobe are cut so
+    /// that each panel spans a few factors e of angle.
+    pub fn breaks(&self) -> (Vec<f64>, [f64; 5]) {
+        let quarters = [0.0, 0.25 * TAU, 0.5 * TAU, 0.75 * TAU, TAU];
+        let radial = if self.zoom > 0.0 {
+            vec![0.0, 0.4, 0.7, 1.0]
+        } else {
+            let theta_o = self.wo.x.hypot(self.wo.y).atan2(self.wo.z) / FRAC_PI_2;
+            if (0.01..=0.99).contains(&theta_o) { vec![0.0, theta_o, 1.0] } else { vec![0.0, 1.0] }
+        };
+        (radial, quarters)
+    }
+}
+
+impl Row {
+    /// The direction at `t` in (0, 1), and dω / (dt dφ) [sr].
+    pub fn at(&self, t: f64) -> (DVec3, f64) {
+        let (part, slope) = if self.zoom == 0.0 {
+            (t, 1.0)
+        } else {
+            let e = (self.zoom * t).exp();
+            let (sinh, cosh) = if self.zoom * t < 1.0 {
+                ((self.zoom * t).sinh(), (self.zoom * t).cosh())
+            } else {
+                (0.5 * (e - 1.0 / e), 0.5 * (e + 1.0 / e))
+            };
+            (sinh / self.sinh_zoom, self.zoom * cosh / self.sinh_zoom)
+        };
+        let theta = self.limit * part;
+        let (sin, cos) = theta.sin_cos();
+        let v = cos * self.pole + sin * self.side;
+        let area = sin * self.limit * slope;
+        // The height above the horizon from the angle left to it: full relative precision next to the horizon.
+        let left = self.limit * (1.0 - part);
+        match self.kind {
+            Kind::VisibleNormal => (v, area),
+            Kind::Direction => (DVec3::new(v.x, v.y, self.height * left.sin()), area),
+            Kind::Half => {
+                let cos_d = self.wo.dot(v);
+                let wi = 2.0 * cos_d * v - self.wo;
+                (DVec3::new(wi.x, wi.y, self.height * (2.0 * left).sin()), 4.0 * cos_d * area)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::quadrature::adaptive;
+    use crate::math::sphere::{direction, mirror};
+    use proptest::prelude::*;
+    use std::f64::consts::PI;
+
+    fn charts(wo: DVec3) -> [Chart; 4] {
+        [Chart::upright(wo), Chart::about(mirror(wo), wo), Chart::about(wo, wo), Chart::half(wo)]
+    }
+
+    proptest! {
+        #[test]
+        fn coordinates_invert_the_map(theta in 0.0..1.57_f64, phi in -3.0..3.0_f64, t in 0.01..0.99_f64, azimuth in 0.01..6.2_f64) {
+            let wo = direction(theta, phi);
+            for chart in charts(wo) {
+                let (w, jacobian) = chart.row(azimuth).at(t);
+                prop_assert!(w.z > 0.0 && jacobian > 0.0 && (w.length() - 1.0).abs() < 1e-14);
+                let back = chart.coordinates(w);
+                // The pole resolves 1e-16 absolute in angle, and t = 0.01 lies at an angle of at least 1e-8.
+                prop_assert!((back - DVec2::new(t, azimuth)).abs().max_element() < 1e-6, "{chart:?}: {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_chart_covers_the_hemisphere_once() {
+        for theta in [0.0, 0.4, 1.2, 1.55] {
+            for chart in charts(direction(theta, 0.3)) {
+                // ∫ cos² dω = 2π/3; a wrong edge or Jacobian of any chart changes it.
+                let (radial, quarters) = chart.breaks();
+                let inner = |phi: f64| {
+                    let row = chart.row(phi);
+                    adaptive(
+                        |t| {
+                            let (w, j) = row.at(t);
+                            [w.z * w.z * j]
+                        },
+                        &radial,
+                        1e-12,
+                        60,
+                    )
+                    .value
+                };
+                let total = adaptive(inner, &quarters, 1e-11, 100).value[0];
+                assert!((total - 2.0 * PI / 3.0).abs() < 1e-10, "{theta} {chart:?}: {total}");
+            }
+        }
+    }
+
+    #[test]
+    fn visible_normals_end_where_they_turn_away() {
+        let wo = direction(1.2, 0.5);
+        let chart = Chart::visible_normals(wo);
+        for phi in [0.0, 1.0, 2.0, 3.0] {
+            let (edge, _) = chart.row(phi).at(1.0 - 1e-12);
+            assert!(edge.z.min(edge.dot(wo)).abs() < 1e-9, "{phi}: {edge}");
+        }
+    }
+}
