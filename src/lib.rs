@@ -1,6 +1,7 @@
 //! Numerics of BRDFs and of the rendering equation.
 
 pub mod bsdf;
+pub mod integrate;
 pub mod math;
 pub mod sampling;
 pub mod validate;

@@ -1,0 +1,9 @@
+//! Integrals of BRDFs over directions: certified by quadrature, estimated by Monte Carlo.
+
+mod convergence;
+mod hemisphere;
+mod monte_carlo;
+
+pub use convergence::{RateFit, RatePoint, fit_rate};
+pub use hemisphere::{Hemisphere, Integral, Side, is_isotropic};
+pub use monte_carlo::Estimate;
