@@ -130,6 +130,16 @@ impl Hemisphere {
         if w.z <= 0.0 {
             return Integral { value: [0.0; N], error: 0.0, resolved: true, evals: 0 };
         }
+        self.mesh(w, hints, f).1
+    }
+
+    /// The mesh on which ∫ f dω was found, for a fixed direction above the horizon, and the integral.
+    pub fn mesh<'a, const N: usize>(
+        &self,
+        w: DVec3,
+        hints: &[DVec3],
+        f: &'a dyn Fn(DVec3) -> [f64; N],
+    ) -> (Mesh<'a, N>, Integral<[f64; N]>) {
         let mut meshes = [Chart::half(w), Chart::about(mirror(w), w), Chart::upright(w)].map(|c| Mesh::new(c, f));
         self.show_peaks(&mut meshes, hints, w, f);
 
@@ -139,7 +149,8 @@ impl Hemisphere {
             best.refine(self.tol * scale, self.max_evals);
         }
         meshes.sort_by(|a, b| a.error().total_cmp(&b.error()));
-        let [best, others @ ..] = &meshes;
+        let evals = meshes.iter().map(Mesh::evals).sum();
+        let [best, others @ ..] = meshes;
         let value = best.value();
         let mut error = best.error();
         for other in others {
@@ -150,7 +161,7 @@ impl Hemisphere {
             }
         }
         let resolved = error <= self.tol * largest(&value).max(1.0);
-        Integral { value, error, resolved, evals: meshes.iter().map(Mesh::evals).sum() }
+        (best, Integral { value, error, resolved, evals })
     }
 
     /// Shows every chart the peaks that the others, the hints and the usual directions have.
@@ -178,8 +189,8 @@ fn largest<const N: usize>(values: &[f64; N]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// Where the model's own sampler finds lobes.
-fn hints(bsdf: &dyn Bsdf, w: DVec3) -> Vec<DVec3> {
+/// Directions in which the model's own sampler finds lobes.
+pub fn hints(bsdf: &dyn Bsdf, w: DVec3) -> Vec<DVec3> {
     let mut rng = stream(0, 0, 0);
     let draws = (0..HINT_DRAWS).filter_map(|_| bsdf.sample(w, uniforms(&mut rng)));
     draws.map(|s| s.wi).filter(|wi| wi.is_finite() && wi.z > 0.0).collect()

@@ -5,5 +5,5 @@ mod hemisphere;
 mod monte_carlo;
 
 pub use convergence::{RateFit, RatePoint, fit_rate};
-pub use hemisphere::{Hemisphere, Integral, Side, is_isotropic};
+pub use hemisphere::{Hemisphere, Integral, Side, hints, is_isotropic};
 pub use monte_carlo::Estimate;

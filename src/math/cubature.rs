@@ -10,6 +10,7 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
@@ -39,10 +40,66 @@ impl<const N: usize> Cell<N> {
     fn total_error(&self) -> f64 {
         self.error[0] + self.error[1]
     }
+}
 
-    fn contains(&self, p: DVec2) -> bool {
-        self.lo.cmple(p).all() && p.cmple(self.hi).all()
+#[derive(Clone, Copy, Debug)]
+enum Node {
+    Leaf { cell: usize },
+    Split { axis: usize, at: f64, children: [usize; 2] },
+}
+
+/// A chart cut into numbered cells: a binary tree below each cell of an initial grid.
+#[derive(Clone, Debug)]
+pub struct Partition {
+    chart: Chart,
+    /// Initial cuts of t and φ; the cell (i, j) of this grid has its root at node i + j · (number of t cells).
+    breaks: (Vec<f64>, [f64; 5]),
+    nodes: Vec<Node>,
+}
+
+impl Partition {
+    /// The coordinate system.
+    pub fn chart(&self) -> &Chart {
+        &self.chart
     }
+
+    /// The number of the cell that holds the coordinates `p`; beyond the edges, of the nearest.
+    pub fn locate(&self, p: DVec2) -> usize {
+        let (radial, azimuths) = &self.breaks;
+        let interval = |cuts: &[f64], x: f64| cuts[1..cuts.len() - 1].iter().filter(|cut| **cut <= x).count();
+        let mut node = interval(radial, p.x) + interval(azimuths, p.y) * (radial.len() - 1);
+        loop {
+            match self.nodes[node] {
+                Node::Leaf { cell } => return cell,
+                Node::Split { axis, at, children } => node = children[usize::from(p[axis] >= at)],
+            }
+        }
+    }
+
+    /// The cells' numbers in an order in which neighbours on the list are neighbours in the chart: depth first.
+    fn order(&self) -> Vec<usize> {
+        let roots = (self.breaks.0.len() - 1) * (self.breaks.1.len() - 1);
+        let mut stack: Vec<usize> = (0..roots).rev().collect();
+        let mut order = Vec::new();
+        while let Some(node) = stack.pop() {
+            match self.nodes[node] {
+                Node::Leaf { cell } => order.push(cell),
+                Node::Split { children: [low, high], .. } => stack.extend([high, low]),
+            }
+        }
+        order
+    }
+}
+
+/// A cell of a mesh: the coordinates it spans and the integral of the first function over it.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf {
+    /// Lower corner (t, φ).
+    pub lo: DVec2,
+    /// Upper corner (t, φ).
+    pub hi: DVec2,
+    /// Integral of the first function.
+    pub mass: f64,
 }
 
 /// A cell's place in the queue of those to be halved, worst first.
@@ -68,26 +125,38 @@ impl PartialOrd for Rank {
 
 /// The integral of N functions of direction at once, refined step by step.
 pub struct Mesh<'a, const N: usize> {
-    chart: Chart,
+    partition: Partition,
     f: &'a dyn Fn(DVec3) -> [f64; N],
     cells: Vec<Cell<N>>,
+    /// The node that is each cell's leaf, in the order of the cells.
+    node_of: Vec<usize>,
     queue: BinaryHeap<Rank>,
     evals: u64,
 }
 
 impl<const N: usize> std::fmt::Debug for Mesh<'_, N> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Mesh").field("chart", &self.chart).field("cells", &self.cells.len()).finish_non_exhaustive()
+        f.debug_struct("Mesh")
+            .field("chart", &self.partition.chart)
+            .field("cells", &self.cells.len())
+            .finish_non_exhaustive()
     }
 }
 
 impl<'a, const N: usize> Mesh<'a, N> {
     /// Evaluates `f` on the chart's initial cells.
     pub fn new(chart: Chart, f: &'a dyn Fn(DVec3) -> [f64; N]) -> Self {
-        let mut mesh = Self { chart, f, cells: Vec::new(), queue: BinaryHeap::new(), evals: 0 };
-        let (radial, azimuths) = chart.breaks();
-        for p in azimuths.windows(2) {
-            for t in radial.windows(2) {
+        let breaks = chart.breaks();
+        let mut mesh = Self {
+            partition: Partition { chart, breaks: breaks.clone(), nodes: Vec::new() },
+            f,
+            cells: Vec::new(),
+            node_of: Vec::new(),
+            queue: BinaryHeap::new(),
+            evals: 0,
+        };
+        for p in breaks.1.windows(2) {
+            for t in breaks.0.windows(2) {
                 let cell = mesh.evaluate(DVec2::new(t[0], p[0]), DVec2::new(t[1], p[1]));
                 mesh.push(cell);
             }
@@ -95,9 +164,14 @@ impl<'a, const N: usize> Mesh<'a, N> {
         mesh
     }
 
-    fn push(&mut self, cell: Cell<N>) {
-        self.queue.push(Rank { error: cell.total_error(), index: self.cells.len() });
+    /// Adds a cell with its leaf; returns the leaf's node.
+    fn push(&mut self, cell: Cell<N>) -> usize {
+        let (index, node) = (self.cells.len(), self.partition.nodes.len());
+        self.queue.push(Rank { error: cell.total_error(), index });
         self.cells.push(cell);
+        self.partition.nodes.push(Node::Leaf { cell: index });
+        self.node_of.push(node);
+        node
     }
 
     fn evaluate(&mut self, lo: DVec2, hi: DVec2) -> Cell<N> {
@@ -107,7 +181,7 @@ impl<'a, const N: usize> Mesh<'a, N> {
         let mut cell = Cell { lo, hi, value: [0.0; N], error: [0.0; 2], peak: 0.0, peak_at: DVec3::Z };
         let (mut coarse_t, mut coarse_phi) = ([0.0; N], [0.0; N]);
         for p in PAIR {
-            let row = self.chart.row(lo.y + size.y * p.x);
+            let row = self.partition.chart.row(lo.y + size.y * p.x);
             let (mut kronrod, mut gauss) = ([0.0; N], [0.0; N]);
             for t in PAIR {
                 let (w, jacobian) = row.at(lo.x + size.x * t.x);
@@ -139,40 +213,76 @@ impl<'a, const N: usize> Mesh<'a, N> {
 
     /// Halves the cell `index` along its worse axis; false where it is too small for that.
     fn split(&mut self, index: usize) -> bool {
-        let Cell { lo, hi, error, .. } = self.cells[index];
-        let along_t = (error[0] >= error[1] || hi.y - lo.y < MIN_WIDTH) && hi.x - lo.x >= MIN_WIDTH;
-        if !along_t && hi.y - lo.y < MIN_WIDTH {
+        let [along_t, along_phi] = self.cells[index].error;
+        let axis = usize::from(along_t < along_phi);
+        self.split_along(index, axis) || self.split_along(index, 1 - axis)
+    }
+
+    fn split_along(&mut self, index: usize, axis: usize) -> bool {
+        let Cell { lo, hi, .. } = self.cells[index];
+        if hi[axis] - lo[axis] < MIN_WIDTH {
             return false;
         }
+        let at = 0.5 * (lo[axis] + hi[axis]);
         let (mut low_hi, mut high_lo) = (hi, lo);
-        if along_t {
-            low_hi.x = 0.5 * (lo.x + hi.x);
-            high_lo.x = low_hi.x;
-        } else {
-            low_hi.y = 0.5 * (lo.y + hi.y);
-            high_lo.y = low_hi.y;
-        }
+        low_hi[axis] = at;
+        high_lo[axis] = at;
         self.cells[index] = self.evaluate(lo, low_hi);
         self.queue.push(Rank { error: self.cells[index].total_error(), index });
         let high = self.evaluate(high_lo, hi);
-        self.push(high);
+        let high = self.push(high);
+        let parent = self.node_of[index];
+        let low = self.partition.nodes.len();
+        self.partition.nodes.push(Node::Leaf { cell: index });
+        self.node_of[index] = low;
+        self.partition.nodes[parent] = Node::Split { axis, at, children: [low, high] };
         true
+    }
+
+    /// Halves every cell until none holds more than `mass` of the first integral, keeping cells about square (a zoomed
+    /// lobe spans a third of t and all of φ), or until `max_evals` are spent.
+    pub fn split_heavier_than(&mut self, mass: f64, max_evals: u64) {
+        let mut index = 0;
+        while index < self.cells.len() {
+            let cell = &self.cells[index];
+            let size = cell.hi - cell.lo;
+            let axis = usize::from(3.0 * TAU * size.x < size.y);
+            let heavy = cell.value[0] > mass && self.evals < max_evals;
+            if !(heavy && self.split_along(index, axis)) {
+                index += 1;
+            }
+        }
+    }
+
+    /// The cells and their integrals, depth first, so that neighbours on the list are neighbours in the chart; each with
+    /// its number in the [`Partition`].
+    pub fn leaves(&self) -> Vec<(usize, Leaf)> {
+        let leaf = |index: usize| {
+            let Cell { lo, hi, value, .. } = self.cells[index];
+            (index, Leaf { lo, hi, mass: value[0] })
+        };
+        self.partition.order().into_iter().map(leaf).collect()
+    }
+
+    /// The chart as it is cut at present.
+    pub fn partition(&self) -> &Partition {
+        &self.partition
     }
 
     /// Makes sure that a feature at `w`, where the integrand is `value`, has been noticed: the cell around it is halved
     /// until one of its nodes sees at least half of that value.
     pub fn witness(&mut self, w: DVec3, value: f64, max_evals: u64) {
-        let p = self.chart.coordinates(w);
+        let p = self.partition.chart.coordinates(w);
         while self.evals < max_evals {
-            let Some(index) = self.cells.iter().position(|cell| cell.contains(p)) else { return };
+            let index = self.partition.locate(p);
             let cell = &self.cells[index];
             if 2.0 * cell.peak >= value || cell.value.iter().any(|v| v.is_nan()) {
                 return;
             }
-            // Shrink evenly: where nothing is seen yet, the estimates say nothing about the axes either.
+            // Shrink evenly: where nothing is seen yet, the estimates say nothing about the axes.
             let size = cell.hi - cell.lo;
-            self.cells[index].error = if size.x * std::f64::consts::TAU > size.y { [1.0, 0.0] } else { [0.0, 1.0] };
-            if !self.split(index) {
+            let axis = usize::from(TAU * size.x < size.y);
+            if !(self.split_along(index, axis) || self.split_along(index, 1 - axis)) {
                 return;
             }
         }
@@ -226,7 +336,7 @@ impl<'a, const N: usize> Mesh<'a, N> {
 mod tests {
     use super::*;
     use crate::math::sphere::{direction, mirror};
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
     #[test]
     fn moments_of_the_hemisphere_to_the_last_digits() {
@@ -269,6 +379,19 @@ mod tests {
         mesh.witness(r, 1.0, 1 << 20);
         mesh.refine(1e-14, 1 << 20);
         assert!((mesh.value()[0] * (1e6 + 1.0) / TAU - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn locate_finds_the_cell_and_the_leaves_tile_the_chart() {
+        let f = |w: DVec3| [w.z];
+        let mut mesh = Mesh::new(Chart::half(direction(1.0, 0.4)), &f);
+        mesh.split_heavier_than(PI / 500.0, 1 << 22);
+        let leaves = mesh.leaves();
+        let area: f64 = leaves.iter().map(|(_, leaf)| (leaf.hi - leaf.lo).element_product()).sum();
+        assert!((area - TAU).abs() < 1e-12 && leaves.iter().all(|(_, leaf)| leaf.mass <= PI / 500.0));
+        for (index, leaf) in leaves {
+            assert_eq!(mesh.partition().locate(0.5 * (leaf.lo + leaf.hi)), index);
+        }
     }
 
     #[test]
