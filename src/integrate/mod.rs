@@ -4,6 +4,6 @@ mod convergence;
 mod hemisphere;
 mod monte_carlo;
 
-pub use convergence::{RateFit, RatePoint, fit_rate};
+pub use convergence::{RateFit, RatePoint, fit_rate, trigamma};
 pub use hemisphere::{Hemisphere, Integral, Side, hints, is_isotropic};
 pub use monte_carlo::Estimate;

@@ -48,6 +48,32 @@ pub struct Check {
     pub detects: BTreeMap<&'static str, f64>,
 }
 
+impl Check {
+    /// An undecided check: its author fills in what was found.
+    pub(crate) fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            outcome: Outcome::Inconclusive,
+            statistic: 0.0,
+            p_value: None,
+            bound: 0.0,
+            worst: None,
+            detail: String::new(),
+            detects: BTreeMap::new(),
+        }
+    }
+
+    /// The same, undecided because of what happens at `wo`.
+    pub(crate) fn inconclusive(self, wo: DVec3, why: &str) -> Self {
+        Self { worst: Some((wo, wo)), ..self.inconclusive_here(why) }
+    }
+
+    /// The same, undecided everywhere.
+    pub(crate) fn inconclusive_here(self, why: &str) -> Self {
+        Self { outcome: Outcome::Inconclusive, p_value: None, detail: why.into(), ..self }
+    }
+}
+
 /// All checks of one BRDF, with the settings under which they can be repeated.
 #[derive(Clone, Debug)]
 #[must_use]

@@ -1,5 +1,18 @@
 //! The verdict sheet: checks of a BRDF that say what they found, and how large an error they would have caught.
 
 mod check;
+mod chi2;
+mod claim;
+mod consistency;
+mod convergence;
+mod draws;
+mod energy;
+mod furnace;
+mod laws;
+mod mass;
+mod power;
+mod suite;
+mod uniformity;
 
 pub use check::{Check, Outcome, Sheet};
+pub use suite::{CHECKS, Effort, Suite, suite};

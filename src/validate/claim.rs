@@ -1,0 +1,228 @@
+//! What a pdf claims about the samples from one direction: cells of known mass, and marginal cdfs.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::bsdf::Bsdf;
+use crate::integrate::{Hemisphere, Integral, hints};
+use crate::math::cubature::{Leaf, Partition};
+use crate::math::quadrature::{NODES, PAIR};
+
+/// Cells of the fine histogram; each claims about 1/1024 of the samples.
+pub(crate) const FINE_CELLS: usize = 1024;
+/// Cells of the coarse histogram.
+pub(crate) const COARSE_CELLS: usize = 128;
+/// Knots of a tabulated marginal cdf.
+const KNOTS: usize = 2048;
+/// Degree up to which a cell's marginal density is expanded in Legendre polynomials.
+const DEGREE: usize = 8;
+/// Evaluations spent on cutting the cells down to size.
+const MAX_EVALS: u64 = 3_000_000;
+
+/// The distribution of samples that a pdf claims, given `wo`.
+#[derive(Debug)]
+pub(crate) struct Claim {
+    pub(crate) wo: DVec3,
+    partition: Partition,
+    /// The claimed probability of a sample above the horizon, with its error bound.
+    pub(crate) mass: Integral<f64>,
+    /// Fine cell of each cell of the partition.
+    fine_of: Vec<u32>,
+    /// Claimed mass of each fine cell.
+    pub(crate) fine: Vec<f64>,
+    /// Coarse cell of each fine cell.
+    pub(crate) coarse_of: Vec<u32>,
+    /// Cdf of t and of φ among the samples that are not lost.
+    marginals: [Cdf; 2],
+}
+
+impl Claim {
+    /// Integrates `bsdf.pdf(wo, ·)`.
+    pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3) -> Self {
+        let pdf = |wi: DVec3| [bsdf.pdf(wo, wi)];
+        let quadrature = Hemisphere { tol: 1e-6, max_evals: MAX_EVALS };
+        let (mut mesh, integral) = quadrature.mesh(wo, &hints(bsdf, wo), &pdf);
+        mesh.split_heavier_than(0.5 / FINE_CELLS as f64, MAX_EVALS);
+        let leaves = mesh.leaves();
+        let partition = mesh.partition().clone();
+
+        let (groups, fine) = group(leaves.iter().map(|(_, leaf)| leaf.mass), 1.0 / FINE_CELLS as f64);
+        let (coarse_of, _) = group(fine.iter().copied(), 1.0 / COARSE_CELLS as f64);
+        let mut fine_of = vec![0; leaves.len()];
+        for ((cell, _), group) in leaves.iter().zip(groups) {
+            fine_of[*cell] = group;
+        }
+        let marginals = Cdf::marginals(bsdf, wo, &partition, &leaves);
+        let [value] = integral.value;
+        let mass = Integral { value, error: integral.error, resolved: integral.resolved, evals: integral.evals };
+        Self { wo, partition, mass, fine_of, fine, coarse_of, marginals }
+    }
+
+    /// The fine cell of `wi`, and the probability integral transform of its two coordinates.
+    pub(crate) fn place(&self, wi: DVec3) -> (usize, [f64; 2]) {
+        let p = self.partition.chart().coordinates(wi);
+        let cell = self.fine_of[self.partition.locate(p)] as usize;
+        (cell, [self.marginals[0].at(p.x), self.marginals[1].at(p.y / TAU)])
+    }
+}
+
+/// Gathers consecutive masses into groups of at least `target`; what is left over at the end joins the last group.
+///
+/// Returns the group of each mass, and the groups' masses.
+fn group(masses: impl Iterator<Item = f64>, target: f64) -> (Vec<u32>, Vec<f64>) {
+    let (mut groups, mut sums) = (Vec::new(), Vec::new());
+    let mut open = 0.0;
+    for mass in masses {
+        groups.push(sums.len() as u32);
+        open += mass;
+        if open >= target {
+            sums.push(open);
+            open = 0.0;
+        }
+    }
+    match sums.last_mut() {
+        Some(last) => *last += open,
+        None => sums.push(open),
+    }
+    let last = sums.len() as u32 - 1;
+    for group in &mut groups {
+        *group = (*group).min(last);
+    }
+    (groups, sums)
+}
+
+/// A cdf on [0, 1] tabulated at even knots and linear between them.
+#[derive(Debug)]
+struct Cdf {
+    knots: Vec<f64>,
+}
+
+impl Cdf {
+    /// The cdfs of t and of φ / 2π under the claimed density.
+    ///
+    /// Each leaf's marginal densities are expanded in Legendre polynomials, whose integrals are again Legendre
+    /// polynomials, so that the values at the knots have the accuracy of the cubature.
+    fn marginals(bsdf: &dyn Bsdf, wo: DVec3, partition: &Partition, leaves: &[(usize, Leaf)]) -> [Self; 2] {
+        let expand = |leaf: &Leaf| expansions(bsdf, wo, partition, leaf);
+        let expansions: Vec<[[f64; DEGREE + 1]; 2]> = leaves.par_iter().map(|(_, leaf)| expand(leaf)).collect();
+        [0, 1].map(|axis| {
+            let scale = if axis == 0 { 1.0 } else { TAU };
+            // cdf(knot) = sum of the parts of leaves below it + the whole of leaves that end before it.
+            let mut partial = vec![0.0; KNOTS + 1];
+            let mut complete = vec![0.0; KNOTS + 2];
+            for ((_, leaf), coefficients) in leaves.iter().zip(&expansions) {
+                let (lo, hi) = (leaf.lo[axis] / scale, leaf.hi[axis] / scale);
+                let first = (lo * KNOTS as f64).ceil() as usize;
+                let after = ((hi * KNOTS as f64).floor() as usize + 1).min(KNOTS + 1);
+                for (k, sum) in partial.iter_mut().enumerate().take(after).skip(first) {
+                    *sum += cumulative(&coefficients[axis], (k as f64 / KNOTS as f64 - lo) / (hi - lo));
+                }
+                complete[after] += coefficients[axis][0];
+            }
+            let mut below = 0.0;
+            let mut knots: Vec<f64> = partial
+                .iter()
+                .zip(&complete)
+                .map(|(part, whole)| {
+                    below += whole;
+                    below + part
+                })
+                .collect();
+            let total = knots[KNOTS];
+            if total > 0.0 {
+                let mut highest = 0.0_f64;
+                for knot in &mut knots {
+                    // Monotone in spite of rounding.
+                    highest = highest.max((*knot / total).min(1.0));
+                    *knot = highest;
+                }
+            }
+            Self { knots }
+        })
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let scaled = x.clamp(0.0, 1.0) * KNOTS as f64;
+        let k = (scaled as usize).min(KNOTS - 1);
+        self.knots[k] + (self.knots[k + 1] - self.knots[k]) * (scaled - k as f64)
+    }
+}
+
+/// Legendre coefficients of a leaf's marginal densities in t and in φ over the leaf, scaled so that the constant
+/// coefficient is the leaf's mass.
+fn expansions(bsdf: &dyn Bsdf, wo: DVec3, partition: &Partition, leaf: &Leaf) -> [[f64; DEGREE + 1]; 2] {
+    let size: DVec2 = leaf.hi - leaf.lo;
+    let area = size.element_product();
+    let mut densities = [[0.0; NODES]; 2];
+    for (j, p) in PAIR.iter().enumerate() {
+        let row = partition.chart().row(leaf.lo.y + size.y * p.x);
+        for (i, t) in PAIR.iter().enumerate() {
+            let (wi, jacobian) = row.at(leaf.lo.x + size.x * t.x);
+            let density = bsdf.pdf(wo, wi) * jacobian * area;
+            densities[0][i] += p.kronrod * density;
+            densities[1][j] += t.kronrod * density;
+        }
+    }
+    densities.map(|density| {
+        let mut coefficients = [0.0; DEGREE + 1];
+        for (node, value) in PAIR.iter().zip(density) {
+            let polynomials = legendre::<{ DEGREE + 2 }>(2.0 * node.x - 1.0);
+            for (n, c) in coefficients.iter_mut().enumerate() {
+                *c += (2 * n + 1) as f64 * node.kronrod * value * polynomials[n];
+            }
+        }
+        coefficients
+    })
+}
+
+/// ∫₀ˣ of Σ cₙ Pₙ(2y − 1) dy for x in [0, 1]; ∫ Pₙ = (Pₙ₊₁ − Pₙ₋₁) / (2n + 1).
+fn cumulative(coefficients: &[f64; DEGREE + 1], x: f64) -> f64 {
+    let p = legendre::<{ DEGREE + 2 }>(2.0 * x.clamp(0.0, 1.0) - 1.0);
+    let rest: f64 = (1..=DEGREE).map(|n| coefficients[n] * (p[n + 1] - p[n - 1]) / (2 * n + 1) as f64).sum();
+    coefficients[0] * x.clamp(0.0, 1.0) + 0.5 * rest
+}
+
+/// P₀(x) … of as many degrees as asked for.
+pub(crate) fn legendre<const COUNT: usize>(x: f64) -> [f64; COUNT] {
+    let mut p = [1.0; COUNT];
+    if COUNT > 1 {
+        p[1] = x;
+    }
+    for n in 2..COUNT {
+        p[n] = ((2 * n - 1) as f64 * x * p[n - 1] - (n - 1) as f64 * p[n - 2]) / n as f64;
+    }
+    p
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Lambert;
+    use crate::math::sphere::direction;
+
+    #[test]
+    fn groups_lose_no_mass() {
+        let (groups, sums) = group([0.3, 0.3, 0.3, 0.05, 0.05].into_iter(), 0.5);
+        assert_eq!(groups, [0, 0, 0, 0, 0]);
+        assert!((sums[0] - 1.0).abs() < 1e-15 && sums.len() == 1);
+        let (groups, sums) = group([0.5, 0.3, 0.3, 0.1].into_iter(), 0.5);
+        assert_eq!(groups, [0, 1, 1, 1]);
+        assert!((sums[1] - 0.7).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_cosine_lobe_has_its_known_marginals() {
+        let lambert = Lambert::new(0.5).unwrap();
+        let claim = Claim::new(&lambert, direction(0.6, 0.0));
+        assert!((claim.mass.value - 1.0).abs() < 1e-9);
+        assert!((claim.fine.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert!(claim.fine.iter().all(|m| (0.9..2.5).contains(&(m * FINE_CELLS as f64))));
+        for theta in [0.1_f64, 0.6, 1.3] {
+            let (_, [u, v]) = claim.place(direction(theta, 0.25 * TAU));
+            // The cdf of θ under cosθ/π is sin²θ, and azimuth is uniform; the table has 2048 linear pieces.
+            assert!((u - theta.sin().powi(2)).abs() < 1e-6 && (v - 0.25).abs() < 1e-9, "{theta}: {u} {v}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! `convergence`: the Monte Carlo albedo agrees with quadrature, and its error falls as N^(−1/2).
+//!
+//! A heavy tail makes both statements worthless: where one sample carries more than a twentieth of the sum, or the
+//! kurtosis grows with the number of samples, the verdict is inconclusive and never pass.
+
+use glam::DVec3;
+
+use super::check::{Check, Outcome};
+use super::claim::Claim;
+use super::draws::{REPLICATES, SHORTEST, Tally};
+use super::power::{POWER, normal_upper, smallest};
+use crate::bsdf::Bsdf;
+use crate::integrate::{Estimate, Hemisphere, Integral, RateFit, RatePoint, Side, fit_rate, trigamma};
+use crate::math::sum::Moments;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Share of the sum above which a single sample makes an estimate untrustworthy.
+const LARGEST_SHARE: f64 = 0.05;
+/// Excess kurtosis above which its growth is looked at; bounded weights stay far below.
+const NOTABLE_KURTOSIS: f64 = 50.0;
+/// Growth of the excess kurtosis from one block to all of them that betrays an infinite fourth moment, for which it
+/// would be the number of blocks, 64.
+const KURTOSIS_GROWTH: f64 = 4.0;
+
+/// What the draws from one direction say about the estimator.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evidence {
+    pub(crate) estimate: Estimate,
+    pub(crate) exact: Integral<f64>,
+    pub(crate) z: f64,
+    pub(crate) fit: Option<RateFit>,
+    pub(crate) heavy: bool,
+}
+
+impl Evidence {
+    pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3, tally: &Tally) -> Self {
+        let albedo = Hemisphere::with_tol(1e-7).albedo(bsdf, Side::Eye, wo);
+        let exact = Integral {
+            value: albedo.value.mean(),
+            error: albedo.error,
+            resolved: albedo.resolved,
+            evals: albedo.evals,
+        };
+        let estimate = Estimate::from(&tally.weights);
+        // Rounding of a million weights, where there is no spread at all.
+        let slack = exact.error + 1e-9 * exact.value.abs();
+        Self {
+            estimate,
+            exact,
+            z: estimate.z(exact.value, slack),
+            fit: rate(tally, exact.value),
+            heavy: is_heavy(&tally.weights, &tally.kurtoses),
+        }
+    }
+
+    /// Without any spread, agreement is a matter of rounding and not of chance.
+    fn is_certain(&self) -> bool {
+        self.estimate.std_err <= 1e-12 * self.estimate.mean.abs()
+    }
+
+    pub(crate) fn p_values(&self) -> [f64; 2] {
+        if self.is_certain() {
+            return [if self.z == 0.0 { 1.0 } else { 0.0 }, 1.0];
+        }
+        let agreement = 2.0 * Normal::standard().sf(self.z.abs());
+        [agreement, self.fit.map_or(1.0, |fit| fit.p_value(-0.5))]
+    }
+}
+
+/// Fits the rate at which the replicates' error about the exact value falls.
+fn rate(tally: &Tally, exact: f64) -> Option<RateFit> {
+    let lengths = tally.means.first()?.len();
+    let kurtosis = tally.weights.excess_kurtosis().max(0.0);
+    let points: Vec<RatePoint> = (0..lengths)
+        .map(|k| {
+            let n = (SHORTEST << k) as f64;
+            let squares = tally.means.iter().map(|means| (means[k] - exact).powi(2));
+            let replicates = REPLICATES as f64;
+            RatePoint {
+                n,
+                mean_square_error: squares.sum::<f64>() / replicates,
+                // A mean of n weights has 1/n of their excess kurtosis, and its square that much more variance.
+                log_variance: trigamma(0.5 * replicates) + kurtosis / (n * replicates),
+            }
+        })
+        .collect();
+    fit_rate(&points)
+}
+
+fn is_heavy(weights: &Moments, kurtoses: &[f64]) -> bool {
+    let sum = weights.mean() * weights.count() as f64;
+    let mut sorted = kurtoses.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let whole = weights.excess_kurtosis();
+    let grows = whole > NOTABLE_KURTOSIS && whole > KURTOSIS_GROWTH * median.max(1.0);
+    grows || (sum > 0.0 && weights.max() > LARGEST_SHARE * sum)
+}
+
+/// The check over several directions.
+pub(crate) fn check(bsdf: &dyn Bsdf, runs: &[(Claim, Tally)], level: f64) -> Check {
+    let mut check = Check::new("convergence");
+    let evidence: Vec<(DVec3, Evidence)> =
+        runs.iter().map(|(claim, tally)| (claim.wo, Evidence::new(bsdf, claim.wo, tally))).collect();
+    if let Some((wo, _)) = evidence.iter().find(|(_, e)| !e.exact.resolved) {
+        return check.inconclusive(*wo, "quadrature did not resolve the albedo, so there is nothing to compare with");
+    }
+    if let Some((wo, e)) = evidence.iter().find(|(_, e)| !e.estimate.mean.is_finite()) {
+        check.outcome = Outcome::Fail;
+        check.worst = Some((*wo, *wo));
+        check.detail = format!("the mean weight is {}: a sample is not finite", e.estimate.mean);
+        return check;
+    }
+    if evidence.iter().all(|(_, e)| e.exact.value == 0.0 && e.estimate.mean == 0.0) {
+        return check.inconclusive_here("the model is black: no light, nothing to converge to");
+    }
+    if let Some((wo, e)) = evidence.iter().find(|(_, e)| e.heavy) {
+        check.statistic = e.z;
+        return check.inconclusive(
+            *wo,
+            &format!(
+                "the weights have a heavy tail, so that no sample count makes their mean trustworthy: {:.6} by sampling, \
+                 {:.6} by quadrature",
+                e.estimate.mean, e.exact.value
+            ),
+        );
+    }
+    check.p_value = Some(smallest(evidence.iter().flat_map(|(_, e)| e.p_values())));
+    let least = |e: &Evidence| e.p_values()[0].min(e.p_values()[1]);
+    let Some((wo, worst)) = evidence.iter().min_by(|a, b| least(&a.1).total_cmp(&least(&b.1))) else { return check };
+    check.statistic = worst.z;
+    check.worst = Some((*wo, *wo));
+    check.outcome = Outcome::Pass;
+    let bar = level / (2 * evidence.len()) as f64;
+    let quantiles = normal_upper(0.5 * bar) + normal_upper(1.0 - POWER);
+    let bias = evidence.iter().map(|(_, e)| quantiles * e.estimate.std_err / e.exact.value.abs()).fold(0.0, f64::max);
+    check.detects.insert("albedo_relative_bias", bias);
+    let slope = worst.fit.map(|fit| format!("rate N^{:.3} ± {:.3} (99 %)", fit.slope, fit.half_width(0.99)));
+    check.detail = format!(
+        "sampling gives {:.6} ± {:.1e}, quadrature {:.6}: {:.1} standard errors apart; {}",
+        worst.estimate.mean,
+        worst.estimate.std_err,
+        worst.exact.value,
+        worst.z,
+        slope.unwrap_or_else(|| "no spread, so no rate".into())
+    );
+    if let Some(fit) = worst.fit {
+        check.detects.insert("rate", quantiles * fit.std_err);
+    }
+    check
+}

@@ -1,0 +1,204 @@
+//! `energy_eye`, `energy_light` and `white_furnace`: where the light goes.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::check::{Check, Outcome};
+use super::laws::{above, polar_angles};
+use crate::bsdf::Bsdf;
+use crate::integrate::{Hemisphere, Integral, Side, is_isotropic};
+use crate::math::color::Rgb;
+use crate::sampling::stream::{stream, uniform};
+
+/// Gain that is put down to the quadrature and to tabulated compensation: a tenth of what must be caught.
+const ROUNDING: f64 = 1e-5;
+/// Tolerance of the quadrature behind each albedo.
+const TOL: f64 = 2e-6;
+/// Steps of the golden-section search from each of the highest directions.
+const REFINEMENTS: usize = 14;
+
+/// How many directions are looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    pub(crate) even: usize,
+    pub(crate) grazing: usize,
+    pub(crate) azimuths: usize,
+}
+
+/// The largest channel of an albedo found at a direction, less the error bound: what is certainly there.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    theta: f64,
+    phi: f64,
+    albedo: Integral,
+}
+
+impl Found {
+    fn at(bsdf: &dyn Bsdf, side: Side, theta: f64, phi: f64) -> Self {
+        // Bounded work in one direction: what cannot be resolved says so, and the error bound keeps it honest.
+        let quadrature = Hemisphere { tol: TOL, max_evals: 400_000 };
+        Self { theta, phi, albedo: quadrature.albedo(bsdf, side, above(theta, phi)) }
+    }
+
+    fn certain(&self) -> f64 {
+        let certain = self.albedo.value.max_channel() - self.albedo.error;
+        if certain.is_nan() { f64::NEG_INFINITY } else { certain }
+    }
+
+    fn direction(&self) -> DVec3 {
+        above(self.theta, self.phi)
+    }
+}
+
+/// The supremum over direction of the albedo with one side fixed: search, then refine, down to 10⁻⁵ radians.
+pub(crate) fn energy(bsdf: &dyn Bsdf, side: Side, seed: u64, grid: Grid) -> Check {
+    let (name, fixed) = match side {
+        Side::Eye => ("energy_eye", "eye"),
+        Side::Light => ("energy_light", "light"),
+    };
+    let mut check = Check::new(name);
+    check.bound = 1.0 + ROUNDING;
+    let mut rng = stream(seed, 14, 0);
+    let azimuths = if is_isotropic(bsdf) { 1 } else { grid.azimuths };
+    let places: Vec<(f64, f64)> = polar_angles(grid.even, grid.grazing, seed)
+        .into_iter()
+        .flat_map(|theta| (0..azimuths).map(move |i| (theta, i)))
+        .map(|(theta, i)| (theta, TAU * (i as f64 + uniform(&mut rng)) / azimuths as f64))
+        .collect();
+    let mut found: Vec<Found> = places.par_iter().map(|&(theta, phi)| Found::at(bsdf, side, theta, phi)).collect();
+    let unresolved = found.iter().find(|f| !f.albedo.resolved).copied();
+    // Resolved everywhere, and dark everywhere.
+    if unresolved.is_none() && found.iter().all(|f| f.albedo.value.is_black()) {
+        return check.inconclusive_here("the model is black: it reflects nothing from any direction tried");
+    }
+    found.sort_by(|a, b| b.certain().total_cmp(&a.certain()));
+    let spacing = FRAC_PI_2 / grid.even as f64;
+    let refined: Vec<Found> = found[..found.len().min(4)].par_iter().map(|f| climb(bsdf, side, *f, spacing)).collect();
+    let Some(top) = refined.into_iter().max_by(|a, b| a.certain().total_cmp(&b.certain())) else { return check };
+
+    check.statistic = top.albedo.value.max_channel();
+    check.worst = Some((top.direction(), top.direction()));
+    check.detects.insert("gain", 2.0 * ROUNDING);
+    check.detects.insert("width_deg", spacing.to_degrees());
+    let (theta, albedo) = (top.theta.to_degrees(), top.albedo.value);
+    if top.certain() > 1.0 + ROUNDING {
+        check.outcome = Outcome::Fail;
+        check.detail = format!(
+            "with the {fixed} fixed at {theta:.4} degrees the surface reflects {:.6} times the light it receives ({albedo})",
+            check.statistic
+        );
+    } else if let Some(bad) = unresolved {
+        return check.inconclusive(
+            bad.direction(),
+            &format!(
+                "the albedo with the {fixed} at {:.4} degrees could not be resolved: {} ± {:.1e}",
+                bad.theta.to_degrees(),
+                bad.albedo.value,
+                bad.albedo.error
+            ),
+        );
+    } else {
+        check.outcome = Outcome::Pass;
+        check.detail = format!(
+            "with the {fixed} fixed the albedo is {:.6} at the most, at {theta:.3} degrees ({} directions)",
+            check.statistic,
+            found.len()
+        );
+    }
+    check
+}
+
+/// Golden-section search in θ about a direction of the grid, towards grazing in the logarithm of the height.
+fn climb(bsdf: &dyn Bsdf, side: Side, start: Found, spacing: f64) -> Found {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    let height = FRAC_PI_2 - start.theta;
+    let (mut lo, mut hi) = if height < spacing {
+        (FRAC_PI_2 - 4.0 * height, FRAC_PI_2 - 0.25 * height)
+    } else {
+        ((start.theta - spacing).max(0.0), (start.theta + spacing).min(FRAC_PI_2 - 1e-6))
+    };
+    let at = |theta: f64| Found::at(bsdf, side, theta, start.phi);
+    let mut best = start;
+    let (mut a, mut b) = (at(hi - GOLDEN * (hi - lo)), at(lo + GOLDEN * (hi - lo)));
+    for _ in 0..REFINEMENTS {
+        for candidate in [a, b] {
+            if candidate.certain() > best.certain() {
+                best = candidate;
+            }
+        }
+        if a.certain() > b.certain() {
+            (hi, b) = (b.theta, a);
+            a = at(hi - GOLDEN * (hi - lo));
+        } else {
+            (lo, a) = (a.theta, b);
+            b = at(lo + GOLDEN * (hi - lo));
+        }
+    }
+    best
+}
+
+/// `white_furnace`: the albedo by quadrature against the model's closed form, and against 1 where it claims to lose
+/// nothing.
+pub(crate) fn white_furnace(bsdf: &dyn Bsdf, seed: u64, grid: Grid) -> Check {
+    let mut check = Check::new("white_furnace");
+    check.bound = ROUNDING;
+    let phi = TAU * uniform(&mut stream(seed, 15, 0));
+    let found: Vec<Found> = polar_angles(grid.even.div_ceil(4), grid.grazing.div_ceil(4), seed)
+        .par_iter()
+        .map(|&theta| Found::at(bsdf, Side::Eye, theta, phi))
+        .collect();
+    if let Some(bad) = found.iter().find(|f| !f.albedo.resolved) {
+        return check.inconclusive(
+            bad.direction(),
+            &format!(
+                "the albedo at {:.4} degrees could not be resolved: {} ± {:.1e}",
+                bad.theta.to_degrees(),
+                bad.albedo.value,
+                bad.albedo.error
+            ),
+        );
+    }
+    if found.iter().all(|f| f.albedo.value.is_black()) {
+        return check.inconclusive_here("the model is black: a furnace shows nothing");
+    }
+    let expected = |f: &Found| if bsdf.claims_lossless() { Some(Rgb::WHITE) } else { bsdf.albedo(f.direction()) };
+    let gap = |f: &Found| expected(f).map(|e| ((f.albedo.value - e).0.abs().max_element() - f.albedo.error).max(0.0));
+    let compared = found.iter().filter_map(|f| gap(f).map(|g| (f, if g.is_nan() { f64::INFINITY } else { g })));
+    let (normal, grazing) = (&found[0], &found[found.len() - 1]);
+    let range = format!(
+        "{} at {:.1} degrees, {} at {:.3}",
+        brief(normal),
+        normal.theta.to_degrees(),
+        brief(grazing),
+        grazing.theta.to_degrees()
+    );
+    check.detects.insert("albedo", ROUNDING);
+    let Some((worst, gap)) = compared.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        check.outcome = Outcome::Pass;
+        check.statistic = normal.albedo.value.max_channel();
+        check.detects.clear();
+        check.detail = format!("albedo {range}; the model states no closed form and no claim to compare with");
+        return check;
+    };
+    check.statistic = gap;
+    check.worst = Some((worst.direction(), worst.direction()));
+    check.outcome = if gap <= ROUNDING { Outcome::Pass } else { Outcome::Fail };
+    let claim = if bsdf.claims_lossless() { "1, as the model claims" } else { "the model's closed form" };
+    check.detail = if check.outcome == Outcome::Pass {
+        format!("albedo {range}; it equals {claim} to {gap:.1e}")
+    } else {
+        format!(
+            "the albedo at {:.3} degrees is {} and differs from {claim} by {gap:.2e}",
+            worst.theta.to_degrees(),
+            worst.albedo.value
+        )
+    };
+    check
+}
+
+fn brief(f: &Found) -> String {
+    let a = f.albedo.value.map(|x| (x * 1e6).round() / 1e6);
+    a.to_string()
+}
