@@ -14,14 +14,18 @@ use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 pub mod catalog;
+#[cfg(test)]
+mod contract;
 mod lambert;
 pub mod microfacet;
 mod param;
+mod phong;
 pub mod subject;
 
 pub use crate::sampling::stream::Uniforms;
 pub use lambert::Lambert;
 pub use param::{Domain, ParamError};
+pub use phong::{Phong, PhongNorm, phong_a, phong_t};
 
 use microfacet::Normals;
 
