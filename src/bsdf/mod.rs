@@ -13,13 +13,18 @@ use glam::DVec3;
 use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
+mod ashikhmin_shirley;
 pub mod catalog;
+mod half_vector;
 mod lambert;
 pub mod microfacet;
 mod param;
 pub mod subject;
+#[cfg(test)]
+mod testing;
 
 pub use crate::sampling::stream::Uniforms;
+pub use ashikhmin_shirley::AshikhminShirley;
 pub use lambert::Lambert;
 pub use param::{Domain, ParamError};
 
