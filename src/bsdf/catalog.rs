@@ -1,7 +1,7 @@
 //! Every model by name: what `list` prints, what a SUBJECT is made from, and what the laws are tested on.
 
 use super::subject::{Args, ParamSpec, SubjectError};
-use super::{Bsdf, ashikhmin_shirley, lambert};
+use super::{Bsdf, ashikhmin_shirley, lambert, ward};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ impl Example {
 }
 
 /// All models, in the order in which they are shown.
-pub static MODELS: &[Entry] = &[lambert::ENTRY, ashikhmin_shirley::ENTRY];
+pub static MODELS: &[Entry] = &[lambert::ENTRY, ashikhmin_shirley::ENTRY, ward::ENTRY];
 
 /// The model called `name`.
 pub fn find(name: &str) -> Option<&'static Entry> {

@@ -22,11 +22,13 @@ mod param;
 pub mod subject;
 #[cfg(test)]
 mod testing;
+mod ward;
 
 pub use crate::sampling::stream::Uniforms;
 pub use ashikhmin_shirley::AshikhminShirley;
 pub use lambert::Lambert;
 pub use param::{Domain, ParamError};
+pub use ward::{Ward, WardVariant};
 
 use microfacet::Normals;
 
