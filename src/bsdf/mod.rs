@@ -17,6 +17,7 @@ mod ashikhmin_shirley;
 pub mod catalog;
 mod half_vector;
 mod lambert;
+pub mod measured;
 pub mod microfacet;
 mod param;
 pub mod subject;

@@ -1,13 +1,21 @@
 //! A distribution on an interval given by a table: piecewise linear, and inverted exactly.
 
+use std::fmt;
+
 /// The density on [0, `end`] that is linear between equally spaced nodes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct PiecewiseLinear {
     step: f64,
     /// The density at the nodes, normalised.
     density: Vec<f64>,
     /// The mass below each node; 0 at the first, 1 at the last.
     below: Vec<f64>,
+}
+
+impl fmt::Debug for PiecewiseLinear {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PiecewiseLinear").field("nodes", &self.density.len()).finish_non_exhaustive()
+    }
 }
 
 impl PiecewiseLinear {
