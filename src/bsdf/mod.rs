@@ -13,19 +13,27 @@ use glam::DVec3;
 use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
+mod ashikhmin_shirley;
 pub mod catalog;
 #[cfg(test)]
 mod contract;
+mod half_vector;
 mod lambert;
+pub mod measured;
 pub mod microfacet;
 mod param;
 mod phong;
 pub mod subject;
+#[cfg(test)]
+mod testing;
+mod ward;
 
 pub use crate::sampling::stream::Uniforms;
+pub use ashikhmin_shirley::AshikhminShirley;
 pub use lambert::Lambert;
 pub use param::{Domain, ParamError};
 pub use phong::{Phong, PhongNorm, phong_a, phong_t};
+pub use ward::{Ward, WardVariant};
 
 use microfacet::Normals;
 

@@ -2,4 +2,5 @@
 
 pub mod discrete;
 pub mod stream;
+pub mod tabulated;
 pub mod warp;
