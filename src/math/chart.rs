@@ -36,6 +36,7 @@ pub struct Chart {
     axes: [DVec3; 3],
     wo: DVec3,
     zoom: f64,
+    sinh_zoom: f64,
 }
 
 /// A ray of constant φ in a chart.
@@ -58,30 +59,34 @@ fn heading(w: DVec3) -> DVec3 {
 }
 
 impl Chart {
+    fn zoomed(self) -> Self {
+        Self { zoom: ZOOM, sinh_zoom: ZOOM.sinh(), ..self }
+    }
+
     /// Angles from the normal, evenly spaced; φ = 0 along the azimuth of `wo`. Fits diffuse reflection.
     pub fn upright(wo: DVec3) -> Self {
         let x = heading(wo);
-        Self { kind: Kind::Direction, axes: [x, DVec3::Z.cross(x), DVec3::Z], wo, zoom: 0.0 }
+        Self { kind: Kind::Direction, axes: [x, DVec3::Z.cross(x), DVec3::Z], wo, zoom: 0.0, sinh_zoom: 0.0 }
     }
 
     /// Angles from `pole`, zoomed towards it; φ = 0 ascends. Fits lobes about a direction, such as Phong's.
     pub fn about(pole: DVec3, wo: DVec3) -> Self {
         if pole.x == 0.0 && pole.y == 0.0 {
-            return Self { zoom: ZOOM, ..Self::upright(wo) };
+            return Self::upright(wo).zoomed();
         }
         let (s, t) = basis(pole);
-        Self { kind: Kind::Direction, axes: [t, s, pole], wo, zoom: ZOOM }
+        Self { kind: Kind::Direction, axes: [t, s, pole], ..Self::upright(wo) }.zoomed()
     }
 
     /// Angles of the half vector from the normal, zoomed; φ = 0 leans towards `wo`. Fits microfacet models.
     pub fn half(wo: DVec3) -> Self {
-        Self { kind: Kind::Half, zoom: ZOOM, ..Self::upright(wo) }
+        Self { kind: Kind::Half, ..Self::upright(wo) }.zoomed()
     }
 
     /// Microfacet normals m with m.z > 0 that `wo` sees from the front (wo·m > 0): the domain of visible normals. The
     /// direction at (t, φ) is m itself.
     pub fn visible_normals(wo: DVec3) -> Self {
-        Self { kind: Kind::VisibleNormal, zoom: ZOOM, ..Self::upright(wo) }
+        Self { kind: Kind::VisibleNormal, ..Self::upright(wo) }.zoomed()
     }
 
     /// Polar angle of the chart's pole (of `wo`, for the charts of half vectors and normals) as (sin, cos).
@@ -90,9 +95,8 @@ impl Chart {
         (w.x.hypot(w.y), w.z)
     }
 
-    /// The ray at azimuth `phi`.
-    pub fn row(&self, phi: f64) -> Row {
-        let (sin_phi, cos_phi) = phi.sin_cos();
+    /// For the azimuth whose cosine is `cos_phi`: the height A of the highest direction on its great circle, and θmax.
+    fn horizon(&self, cos_phi: f64) -> (f64, f64) {
         let (sin_tilt, cos_tilt) = self.tilt();
         let rise = sin_tilt * cos_phi;
         let delta = rise.atan2(cos_tilt);
@@ -103,15 +107,22 @@ impl Chart {
             // wo·m = A cos(θ − δ), and m.z > 0.
             Kind::VisibleNormal => FRAC_PI_2 + delta.min(0.0),
         };
+        (rise.hypot(cos_tilt), limit)
+    }
+
+    /// The ray at azimuth `phi`.
+    pub fn row(&self, phi: f64) -> Row {
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let (height, limit) = self.horizon(cos_phi);
         Row {
             kind: self.kind,
             pole: self.axes[2],
             side: cos_phi * self.axes[0] + sin_phi * self.axes[1],
             wo: self.wo,
-            height: rise.hypot(cos_tilt),
+            height,
             limit,
             zoom: self.zoom,
-            sinh_zoom: self.zoom.sinh(),
+            sinh_zoom: self.sinh_zoom,
         }
     }
 
@@ -119,10 +130,12 @@ impl Chart {
     pub fn coordinates(&self, w: DVec3) -> DVec2 {
         let v = if self.kind == Kind::Half { half_vector(self.wo, w) } else { w };
         let (x, y, z) = (v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]));
+        let r = x.hypot(y);
         let phi = y.atan2(x);
         let phi = if phi < 0.0 { phi + TAU } else { phi };
-        let part = x.hypot(y).atan2(z) / self.row(phi).limit;
-        let t = if self.zoom == 0.0 { part } else { (self.zoom.sinh() * part).asinh() / self.zoom };
+        let (_, limit) = self.horizon(if r > 0.0 { x / r } else { 1.0 });
+        let part = r.atan2(z) / limit;
+        let t = if self.zoom == 0.0 { part } else { (self.sinh_zoom * part).asinh() / self.zoom };
         DVec2::new(t, phi)
     }
 

@@ -52,7 +52,16 @@ pub struct Moments {
 impl Moments {
     /// Adds one value.
     pub fn add(&mut self, x: f64) {
-        *self = self.merge(&Self { n: 1, mean: x, max: x, ..Self::default() });
+        self.max = if self.n == 0 { x } else { self.max.max(x) };
+        self.n += 1;
+        let n = self.n as f64;
+        let delta = x - self.mean;
+        let step = delta / n;
+        let term = delta * step * (n - 1.0);
+        self.mean += step;
+        self.m4 += term * step * step * (n * n - 3.0 * n + 3.0) + 6.0 * step * step * self.m2 - 4.0 * step * self.m3;
+        self.m3 += term * step * (n - 2.0) - 3.0 * step * self.m2;
+        self.m2 += term;
     }
 
     /// The moments of both sets of values together.

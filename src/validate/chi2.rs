@@ -120,11 +120,14 @@ pub(crate) fn check(runs: &[(Claim, Tally)], level: f64) -> Check {
     let bar = level / evidence.len() as f64 / 3.0;
     let shape = (detectable_noncentrality(worst.dof.max(1), bar) / n).sqrt();
     let cell = 1.0 / claim.fine.len() as f64;
-    let one_cell = (normal_upper(bar / claim.fine.len() as f64 / 2.0) + normal_upper(1.0 - POWER)) * (cell / n).sqrt();
-    // A hole may lie across the corner of four cells; all of a leak's or hole's mass is then in quarters.
+    let noise = (cell / n).sqrt();
+    let critical = normal_upper(bar / claim.fine.len() as f64 / 2.0);
+    // A compact hole may lie across the corner of four cells, a quarter in each: it goes unseen only if all four do.
+    let quarter = critical + normal_upper((1.0 - POWER).powf(0.25));
     check.detects.insert("pdf_relative_rms", shape);
-    check.detects.insert("missing_mass", 4.0 * one_cell);
-    check.detects.insert("leak", one_cell);
+    check.detects.insert("missing_mass", 4.0 * quarter * noise);
+    // Where the pdf claims almost nothing, a single cell spans all of it.
+    check.detects.insert("leak", (critical + normal_upper(1.0 - POWER)) * noise);
     check.outcome = Outcome::Pass;
     check.detail = if tally.stray > 0 {
         format!("{} of {} samples fell below the horizon or had no unit length or density", tally.stray, tally.n)

@@ -14,10 +14,18 @@ use crate::integrate::{Estimate, Hemisphere, Integral, RateFit, RatePoint, Side,
 use crate::math::sum::Moments;
 use statrs::distribution::{ContinuousCDF, Normal};
 
+/// Relative standard error below which a mean has no spread but rounding.
+const CERTAIN: f64 = 1e-12;
 /// Share of the sum above which a single sample makes an estimate untrustworthy.
 const LARGEST_SHARE: f64 = 0.05;
 /// Excess kurtosis above which its growth is looked at; bounded weights stay far below.
 const NOTABLE_KURTOSIS: f64 = 50.0;
+/// Standard deviations above the mean beyond which a weight is a sign of a tail; a draw that is merely lost lies below.
+const FAR_ABOVE: f64 = 20.0;
+/// Largest Var[ln MSE] at which the logarithm of a mean square is still about linear in it.
+const LARGEST_LOG_VARIANCE: f64 = 0.2;
+/// Largest excess kurtosis per sample at which the mean is taken as normal.
+const NORMAL_KURTOSIS: f64 = 0.01;
 /// Growth of the excess kurtosis from one block to all of them that betrays an infinite fourth moment, for which it
 /// would be the number of blocks, 64.
 const KURTOSIS_GROWTH: f64 = 4.0;
@@ -30,6 +38,8 @@ pub(crate) struct Evidence {
     pub(crate) z: f64,
     pub(crate) fit: Option<RateFit>,
     pub(crate) heavy: bool,
+    /// The spread comes from events too rare for a normal mean.
+    rare: bool,
 }
 
 impl Evidence {
@@ -50,19 +60,22 @@ impl Evidence {
             z: estimate.z(exact.value, slack),
             fit: rate(tally, exact.value),
             heavy: is_heavy(&tally.weights, &tally.kurtoses),
+            rare: tally.weights.excess_kurtosis() > NORMAL_KURTOSIS * tally.n as f64,
         }
     }
 
     /// Without any spread, agreement is a matter of rounding and not of chance.
     fn is_certain(&self) -> bool {
-        self.estimate.std_err <= 1e-12 * self.estimate.mean.abs()
+        self.estimate.std_err <= CERTAIN * self.estimate.mean.abs()
     }
 
     pub(crate) fn p_values(&self) -> [f64; 2] {
         if self.is_certain() {
             return [if self.z == 0.0 { 1.0 } else { 0.0 }, 1.0];
         }
-        let agreement = 2.0 * Normal::standard().sf(self.z.abs());
+        let normal = 2.0 * Normal::standard().sf(self.z.abs());
+        // Chebyshev's inequality holds for any distribution.
+        let agreement = if self.rare { (1.0 / (self.z * self.z)).min(1.0) } else { normal };
         [agreement, self.fit.map_or(1.0, |fit| fit.p_value(-0.5))]
     }
 }
@@ -71,6 +84,9 @@ impl Evidence {
 fn rate(tally: &Tally, exact: f64) -> Option<RateFit> {
     let lengths = tally.means.first()?.len();
     let kurtosis = tally.weights.excess_kurtosis().max(0.0);
+    if tally.weights.std_err() <= CERTAIN * tally.weights.mean().abs() {
+        return None;
+    }
     let points: Vec<RatePoint> = (0..lengths)
         .map(|k| {
             let n = (SHORTEST << k) as f64;
@@ -83,6 +99,7 @@ fn rate(tally: &Tally, exact: f64) -> Option<RateFit> {
                 log_variance: trigamma(0.5 * replicates) + kurtosis / (n * replicates),
             }
         })
+        .filter(|point| point.log_variance <= LARGEST_LOG_VARIANCE)
         .collect();
     fit_rate(&points)
 }
@@ -93,7 +110,8 @@ fn is_heavy(weights: &Moments, kurtoses: &[f64]) -> bool {
     sorted.sort_by(f64::total_cmp);
     let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
     let whole = weights.excess_kurtosis();
-    let grows = whole > NOTABLE_KURTOSIS && whole > KURTOSIS_GROWTH * median.max(1.0);
+    let far = weights.max() - weights.mean() > FAR_ABOVE * weights.variance().sqrt();
+    let grows = far && whole > NOTABLE_KURTOSIS && whole > KURTOSIS_GROWTH * median.max(1.0);
     grows || (sum > 0.0 && weights.max() > LARGEST_SHARE * sum)
 }
 
@@ -142,7 +160,7 @@ pub(crate) fn check(bsdf: &dyn Bsdf, runs: &[(Claim, Tally)], level: f64) -> Che
         worst.estimate.std_err,
         worst.exact.value,
         worst.z,
-        slope.unwrap_or_else(|| "no spread, so no rate".into())
+        slope.unwrap_or_else(|| "too little spread to fit a rate".into())
     );
     if let Some(fit) = worst.fit {
         check.detects.insert("rate", quantiles * fit.std_err);

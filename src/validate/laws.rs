@@ -19,6 +19,8 @@ const UNIT: usize = 512;
 /// Largest asymmetry that is put down to rounding: swapping the arguments of a sound model changes only the order of
 /// commutative operations, but a lobe of exponent 10⁶ turns 10⁻¹⁶ in its cosine into 10⁻¹⁰.
 const ROUNDING: f64 = 1e-7;
+/// A BRDF value [1/sr] too faint for its asymmetry to matter: the far tail of a lobe.
+const FAINT: f64 = 1e-9;
 
 /// A random direction above the horizon: half of them uniform in μ, half crowded towards grazing.
 fn random_direction(rng: &mut Stream) -> DVec3 {
@@ -142,13 +144,12 @@ pub(crate) fn finite(bsdf: &dyn Bsdf, seed: u64, pairs: usize) -> Check {
     check
 }
 
-/// |f(a, b) − f(b, a)| relative to the larger; NaN counts as no asymmetry here, since `finite` reports it.
+/// |f(a, b) − f(b, a)| relative to the larger of them or [`FAINT`]; NaN counts as no asymmetry here, since `finite`
+/// reports it.
 fn asymmetry(bsdf: &dyn Bsdf, (a, b): (DVec3, DVec3)) -> f64 {
     let (f, g) = (bsdf.eval(a, b), bsdf.eval(b, a));
-    let scale = f.max_channel().max(g.max_channel());
-    let gap = (f - g).0.abs().max_element() / scale;
-    // Below 1e-100 the exponent range itself rounds.
-    if scale > 1e-100 && gap.is_finite() { gap } else { 0.0 }
+    let gap = (f - g).0.abs().max_element() / f.max_channel().max(g.max_channel()).max(FAINT);
+    if gap.is_finite() { gap } else { 0.0 }
 }
 
 /// `reciprocity`: the largest relative asymmetry, by random search and then local refinement.
@@ -196,7 +197,11 @@ pub(crate) fn reciprocity(bsdf: &dyn Bsdf, seed: u64, pairs: usize) -> Check {
     } else {
         let (f, g) = (bsdf.eval(at.0, at.1), bsdf.eval(at.1, at.0));
         check.outcome = Outcome::Fail;
-        check.detail = format!("f(wo, wi) = {f} but f(wi, wo) = {g}: swapping eye and light changes the value");
+        check.detail = format!(
+            "f(wo, wi) = {:.6e} but f(wi, wo) = {:.6e}: swapping eye and light changes the value",
+            f.max_channel(),
+            g.max_channel()
+        );
     }
     check
 }
