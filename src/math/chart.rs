@@ -107,7 +107,7 @@ impl Chart {
             // wo·m = A cos(θ − δ), and m.z > 0.
             Kind::VisibleNormal => FRAC_PI_2 + delta.min(0.0),
         };
-        (rise.hypot(cos_tilt), limit)
+        ((rise * rise + cos_tilt * cos_tilt).sqrt(), limit)
     }
 
     /// The ray at azimuth `phi`.
@@ -130,7 +130,7 @@ impl Chart {
     pub fn coordinates(&self, w: DVec3) -> DVec2 {
         let v = if self.kind == Kind::Half { half_vector(self.wo, w) } else { w };
         let (x, y, z) = (v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]));
-        let r = x.hypot(y);
+        let r = (x * x + y * y).sqrt();
         let phi = y.atan2(x);
         let phi = if phi < 0.0 { phi + TAU } else { phi };
         let (_, limit) = self.horizon(if r > 0.0 { x / r } else { 1.0 });

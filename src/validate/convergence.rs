@@ -52,8 +52,11 @@ impl Evidence {
             evals: albedo.evals,
         };
         let estimate = Estimate::from(&tally.weights);
-        // Rounding of a million weights, where there is no spread at all.
-        let slack = exact.error + 1e-9 * exact.value.abs();
+        let mut slack = exact.error + 1e-9 * exact.value.abs();
+        if is_certain(&estimate) {
+            // Draws that all agree do not exclude others that happen less than once in n: e^-14 is one in a million.
+            slack += 14.0 / estimate.n as f64 * estimate.mean.abs();
+        }
         Self {
             estimate,
             exact,
@@ -64,13 +67,8 @@ impl Evidence {
         }
     }
 
-    /// Without any spread, agreement is a matter of rounding and not of chance.
-    fn is_certain(&self) -> bool {
-        self.estimate.std_err <= CERTAIN * self.estimate.mean.abs()
-    }
-
     pub(crate) fn p_values(&self) -> [f64; 2] {
-        if self.is_certain() {
+        if is_certain(&self.estimate) {
             return [if self.z == 0.0 { 1.0 } else { 0.0 }, 1.0];
         }
         let normal = 2.0 * Normal::standard().sf(self.z.abs());
@@ -80,11 +78,16 @@ impl Evidence {
     }
 }
 
+/// Whether all draws agree but for rounding, so that agreement is no matter of chance.
+fn is_certain(estimate: &Estimate) -> bool {
+    estimate.std_err <= CERTAIN * estimate.mean.abs()
+}
+
 /// Fits the rate at which the replicates' error about the exact value falls.
 fn rate(tally: &Tally, exact: f64) -> Option<RateFit> {
     let lengths = tally.means.first()?.len();
     let kurtosis = tally.weights.excess_kurtosis().max(0.0);
-    if tally.weights.std_err() <= CERTAIN * tally.weights.mean().abs() {
+    if is_certain(&Estimate::from(&tally.weights)) {
         return None;
     }
     let points: Vec<RatePoint> = (0..lengths)

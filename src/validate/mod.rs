@@ -1,5 +1,7 @@
 //! The verdict sheet: checks of a BRDF that say what they found, and how large an error they would have caught.
 
+#[cfg(test)]
+mod calibration;
 mod check;
 mod chi2;
 mod claim;
