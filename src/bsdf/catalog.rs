@@ -3,6 +3,7 @@
 use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
 use super::{Bsdf, ashikhmin_shirley, lambert, phong, ward};
+use super::{Bsdf, lambert, microfacet};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,7 @@ pub static MODELS: &[Entry] = &[
     sgd::ENTRY,
     abc::ENTRY,
 ];
+pub static MODELS: &[Entry] = &[lambert::ENTRY, microfacet::GGX, microfacet::BECKMANN, microfacet::BLINN];
 
 /// The model called `name`.
 pub fn find(name: &str) -> Option<&'static Entry> {

@@ -18,6 +18,7 @@ pub mod catalog;
 #[cfg(test)]
 mod contract;
 mod half_vector;
+mod fresnel;
 mod lambert;
 pub mod measured;
 pub mod microfacet;
@@ -30,7 +31,11 @@ mod ward;
 
 pub use crate::sampling::stream::Uniforms;
 pub use ashikhmin_shirley::AshikhminShirley;
+pub use fresnel::Fresnel;
 pub use lambert::Lambert;
+pub use microfacet::{
+    Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet, Sampling,
+};
 pub use param::{Domain, ParamError};
 pub use phong::{Phong, PhongNorm, phong_a, phong_t};
 pub use ward::{Ward, WardVariant};

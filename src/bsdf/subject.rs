@@ -147,6 +147,11 @@ impl Args {
         Ok(Self { model, specs, given, depth })
     }
 
+    /// The name of the model that the arguments are for.
+    pub fn model(&self) -> &'static str {
+        self.model
+    }
+
     fn spec(&self, name: &str) -> &'static ParamSpec {
         let spec = self.specs.iter().find(|s| s.name == name);
         spec.unwrap_or_else(|| panic!("{} declares no parameter {name}", self.model))

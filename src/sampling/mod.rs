@@ -3,4 +3,5 @@
 pub mod discrete;
 pub mod stream;
 pub mod tabulated;
+pub mod visible_normals;
 pub mod warp;
