@@ -4,6 +4,10 @@ use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
 use super::{Bsdf, ashikhmin_shirley, lambert, phong, ward};
 use super::{Bsdf, lambert, microfacet};
+use super::{
+    Bsdf, ashikhmin_shirley, blinn_phong, burley, eon, fon, lambert, lommel_seeliger, minnaert, mix, oren_nayar, phong,
+    ward,
+};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -47,10 +51,18 @@ impl Example {
 pub static MODELS: &[Entry] = &[
     lambert::ENTRY,
     phong::ENTRY,
+    blinn_phong::ENTRY,
+    oren_nayar::ENTRY,
+    fon::ENTRY,
+    eon::ENTRY,
+    burley::ENTRY,
+    minnaert::ENTRY,
+    lommel_seeliger::ENTRY,
     ashikhmin_shirley::ENTRY,
     ward::ENTRY,
     sgd::ENTRY,
     abc::ENTRY,
+    mix::ENTRY,
 ];
 pub static MODELS: &[Entry] = &[lambert::ENTRY, microfacet::GGX, microfacet::BECKMANN, microfacet::BLINN];
 

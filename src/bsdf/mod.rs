@@ -13,7 +13,6 @@ use glam::DVec3;
 use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
-mod ashikhmin_shirley;
 pub mod catalog;
 #[cfg(test)]
 mod contract;
@@ -22,11 +21,27 @@ mod fresnel;
 mod lambert;
 pub mod measured;
 pub mod microfacet;
+pub mod subject;
+
+mod ashikhmin_shirley;
+mod blinn_phong;
+mod burley;
+#[cfg(test)]
+mod contract;
+mod custom;
+mod eon;
+mod fon;
+mod half_vector;
+mod lambert;
+mod lommel_seeliger;
+mod minnaert;
+mod mix;
+mod oren_nayar;
 mod param;
 mod phong;
-pub mod subject;
 #[cfg(test)]
 mod testing;
+mod two_sided;
 mod ward;
 
 pub use crate::sampling::stream::Uniforms;
@@ -36,8 +51,19 @@ pub use lambert::Lambert;
 pub use microfacet::{
     Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet, Sampling,
 };
+pub use blinn_phong::{BlinnPhong, BlinnPhongNorm};
+pub use burley::Burley;
+pub use custom::FnBsdf;
+pub use eon::Eon;
+pub use fon::Fon;
+pub use lambert::Lambert;
+pub use lommel_seeliger::LommelSeeliger;
+pub use minnaert::Minnaert;
+pub use mix::Mix;
+pub use oren_nayar::OrenNayar;
 pub use param::{Domain, ParamError};
 pub use phong::{Phong, PhongNorm, phong_a, phong_t};
+pub use two_sided::TwoSided;
 pub use ward::{Ward, WardVariant};
 
 use microfacet::Normals;
