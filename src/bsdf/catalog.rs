@@ -3,6 +3,7 @@
 use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
 use super::{Bsdf, ashikhmin_shirley, lambert, phong, ward};
+use super::{Bsdf, ashikhmin_shirley, disney, lambert, ward};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,8 @@ pub static MODELS: &[Entry] = &[
     sgd::ENTRY,
     abc::ENTRY,
 ];
+pub static MODELS: &[Entry] =
+    &[lambert::ENTRY, ashikhmin_shirley::ENTRY, ward::ENTRY, disney::ENTRY, sgd::ENTRY, abc::ENTRY];
 
 /// The model called `name`.
 pub fn find(name: &str) -> Option<&'static Entry> {

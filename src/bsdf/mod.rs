@@ -17,6 +17,7 @@ mod ashikhmin_shirley;
 pub mod catalog;
 #[cfg(test)]
 mod contract;
+mod disney;
 mod half_vector;
 mod lambert;
 pub mod measured;
@@ -30,6 +31,7 @@ mod ward;
 
 pub use crate::sampling::stream::Uniforms;
 pub use ashikhmin_shirley::AshikhminShirley;
+pub use disney::{Disney, DisneyParams};
 pub use lambert::Lambert;
 pub use param::{Domain, ParamError};
 pub use phong::{Phong, PhongNorm, phong_a, phong_t};
