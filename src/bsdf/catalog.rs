@@ -8,6 +8,7 @@ use super::{
     Bsdf, ashikhmin_shirley, blinn_phong, burley, eon, fon, lambert, lommel_seeliger, minnaert, mix, oren_nayar, phong,
     ward,
 };
+use super::{Bsdf, ashikhmin_shirley, disney, lambert, ward};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +66,8 @@ pub static MODELS: &[Entry] = &[
     mix::ENTRY,
 ];
 pub static MODELS: &[Entry] = &[lambert::ENTRY, microfacet::GGX, microfacet::BECKMANN, microfacet::BLINN];
+pub static MODELS: &[Entry] =
+    &[lambert::ENTRY, ashikhmin_shirley::ENTRY, ward::ENTRY, disney::ENTRY, sgd::ENTRY, abc::ENTRY];
 
 /// The model called `name`.
 pub fn find(name: &str) -> Option<&'static Entry> {

@@ -16,6 +16,7 @@ use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 pub mod catalog;
 #[cfg(test)]
 mod contract;
+mod disney;
 mod half_vector;
 mod fresnel;
 mod lambert;
@@ -47,6 +48,7 @@ mod ward;
 pub use crate::sampling::stream::Uniforms;
 pub use ashikhmin_shirley::AshikhminShirley;
 pub use fresnel::Fresnel;
+pub use disney::{Disney, DisneyParams};
 pub use lambert::Lambert;
 pub use microfacet::{
     Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet, Sampling,
