@@ -48,11 +48,7 @@ struct CheckName {
 }
 
 pub(super) fn run(args: &ListArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
-    if args.json {
-        json(out)?
-    } else {
-        text(out)?
-    }
+    if args.json { json(out) } else { text(out) }?;
     Ok(Status::Pass)
 }
 

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::job::{Sink, Validate};
 use super::{Status, ignore_closed_pipe};
 use crate::report::text::{self, Style};
-use crate::report::{Judged, json};
+use crate::report::{Judged, html, json};
 use crate::validate::{CHECKS, Outcome};
 
 pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow::Result<Status> {
@@ -40,6 +40,10 @@ pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow:
             written.context("--json: cannot be written")?;
         }
         None => {}
+    }
+    if let Some(target) = &job.html {
+        let written = target.write(html::page(&judged, job.suite.seed, job.suite.level).as_bytes());
+        written.context("--html: cannot be written")?;
     }
     Ok(status(&judged))
 }

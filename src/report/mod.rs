@@ -1,6 +1,9 @@
 //! Reports: tables, JSON, plots and the HTML page. Nothing here decides anything; it shows what was decided.
 
+pub mod html;
 pub mod json;
+pub mod plot;
+pub mod probe;
 pub mod save;
 pub mod table;
 pub mod text;
