@@ -64,12 +64,25 @@ pub const ALBEDO_CUT: f64 = 3.0;
 /// Angles of the eye whose lobes are drawn, in degrees.
 pub const LOBE_ANGLES: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
 
-const SIZE: (u32, u32) = (640, 420);
+/// Units of the SVG in one pixel of the intended size: plotters rounds to whole units, and curves must stay smooth.
+const UNIT: i32 = 4;
+/// Width and height of a plot in pixels.
+const SIZE: (i32, i32) = (640, 420);
 const FONT: &str = "sans-serif";
-/// plotters writes the size of a font divided by 1.24 into the SVG.
-const FONT_SIZE: i32 = 18;
+/// In pixels; plotters writes the size of a font divided by 1.24 into the SVG.
+const FONT_SIZE: i32 = 17;
 
 type Drawn = Result<(), Box<dyn Error>>;
+
+/// So many pixels in units of the SVG.
+const fn px(pixels: i32) -> i32 {
+    UNIT * pixels
+}
+
+/// A line in the colour of `role`, so many pixels wide.
+fn line(role: Role, pixels: u32) -> ShapeStyle {
+    colour(role).stroke_width(UNIT as u32 * pixels)
+}
 
 fn colour(role: Role) -> RGBColor {
     THEME.iter().find(|(r, ..)| *r == role).map_or(BLACK, |&(_, _, light, _)| light)
@@ -88,14 +101,14 @@ pub fn css() -> String {
     };
     let rules: Vec<String> = THEME.iter().map(rule).collect();
     let (light, dark) = (variables(false), variables(true));
-    format!(
-        ":root{{{light}}}
-@media(prefers-color-scheme:dark){{:root{{{dark}}}}}
-{}
-\
-         svg text{{font-family:system-ui,sans-serif}}",
-        rules.concat()
-    )
+    [
+        &format!(":root{{{light}}}@media(prefers-color-scheme:dark){{:root{{{dark}}}}}"),
+        rules.concat().as_str(),
+        // Without anti-aliasing, no seams show between the cells of a map.
+        "[class^=f-heat]{shape-rendering:crispEdges}",
+        "svg text{font-family:system-ui,sans-serif}",
+    ]
+    .join("\n")
 }
 
 /// A themed plot as a file of its own: with its rules and its paper.
@@ -119,11 +132,11 @@ fn themed(svg: &str, name: &str) -> String {
     text.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{name}\" "), 1)
 }
 
-/// Draws on a canvas of `size` and returns the themed SVG; a plot that cannot be drawn says why.
-fn drawn(name: &str, size: (u32, u32), draw: impl Fn(&DrawingArea<SVGBackend<'_>, Shift>) -> Drawn) -> String {
+/// Draws and returns the themed SVG; a plot that cannot be drawn says why.
+fn drawn(name: &str, draw: impl Fn(&DrawingArea<SVGBackend<'_>, Shift>) -> Drawn) -> String {
     let mut svg = String::new();
     let result = {
-        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let area = SVGBackend::with_string(&mut svg, (px(SIZE.0) as u32, px(SIZE.1) as u32)).into_drawing_area();
         draw(&area).and_then(|()| area.present().map_err(Into::into))
     };
     match result {
@@ -133,7 +146,7 @@ fn drawn(name: &str, size: (u32, u32), draw: impl Fn(&DrawingArea<SVGBackend<'_>
 }
 
 fn label(role: Role) -> TextStyle<'static> {
-    (FONT, FONT_SIZE).into_font().color(&colour(role))
+    (FONT, px(FONT_SIZE)).into_font().color(&colour(role))
 }
 
 /// The albedo against the angle of the fixed direction, from both sides.
@@ -144,16 +157,17 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> String {
     };
     let curves = [("eye fixed", Role::First, finite(eye)), ("light fixed", Role::Second, finite(light))];
     let top = curves.iter().flat_map(|(_, _, curve)| curve).map(|p| p.1).fold(1.0, f64::max) * 1.08;
-    drawn("Albedo against angle", SIZE, |area| {
+    drawn("Albedo against angle", |area| {
         let mut chart = ChartBuilder::on(area)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(56)
+            .margin(px(12))
+            .x_label_area_size(px(44))
+            .y_label_area_size(px(56))
             .build_cartesian_2d(0.0..90.0, 0.0..top)?;
         chart
             .configure_mesh()
-            .axis_style(colour(Role::Ink))
-            .bold_line_style(colour(Role::Grid))
+            .axis_style(line(Role::Ink, 1))
+            .set_all_tick_mark_size(px(4))
+            .bold_line_style(line(Role::Grid, 1))
             .light_line_style(TRANSPARENT)
             .x_labels(10)
             .x_label_formatter(&|x| format!("{x:.0}°"))
@@ -161,21 +175,22 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> String {
             .x_desc("angle of the fixed direction from the normal")
             .y_desc("albedo (largest channel)")
             .draw()?;
-        chart.draw_series(LineSeries::new([(0.0, 1.0), (90.0, 1.0)], colour(Role::Ink)))?;
-        for (at, (name, role, curve)) in curves.iter().enumerate() {
-            let style = colour(*role).stroke_width(if at == 0 { 4 } else { 2 });
+        chart.draw_series(LineSeries::new([(0.0, 1.0), (90.0, 1.0)], line(Role::Ink, 1)))?;
+        // The wide line lies below the narrow one, so that both are seen where they agree, as they should.
+        for ((name, role, curve), width) in curves.iter().zip([7, 2]) {
+            let style = line(*role, width);
             chart
                 .draw_series(LineSeries::new(curve.iter().copied(), style))?
                 .label(*name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], style));
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + px(22), y)], style));
         }
         chart
             .configure_series_labels()
             .position(SeriesLabelPosition::LowerLeft)
-            .margin(14)
-            .legend_area_size(30)
+            .margin(px(14))
+            .legend_area_size(px(30))
             .background_style(colour(Role::Paper))
-            .border_style(colour(Role::Grid))
+            .border_style(line(Role::Grid, 1))
             .label_font(label(Role::Ink))
             .draw()?;
         Ok(())
@@ -185,42 +200,39 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> String {
 /// Lobes in the plane of incidence, one for each of [`LOBE_ANGLES`], each scaled to its own largest value.
 pub fn lobes(lobes: &[Vec<(f64, f64)>]) -> String {
     let roles = [Role::First, Role::Second, Role::Third, Role::Fourth];
-    drawn("Lobes in the plane of incidence", SIZE, |area| {
-        // 1.05 radii to each side and equal scales on both axes.
-        let (width, height) = (2.6, 2.6 * f64::from(SIZE.1) / f64::from(SIZE.0));
-        let mut chart = ChartBuilder::on(area).build_cartesian_2d(-width / 2.0..width / 2.0, -0.22..height - 0.22)?;
+    drawn("Lobes in the plane of incidence", |area| {
+        // Equal scales on both axes; the legend stands above the half disk.
+        let height = 2.3 * f64::from(SIZE.1) / f64::from(SIZE.0);
+        let mut chart = ChartBuilder::on(area).build_cartesian_2d(-1.15..1.15, -0.06..height - 0.06)?;
         let ray = |angle: f64, r: f64| (r * angle.sin(), r * angle.cos());
         for r in [0.25, 0.5, 0.75, 1.0] {
             let arc = (-90..=90).map(|deg| ray(f64::from(deg).to_radians(), r));
-            chart.draw_series(LineSeries::new(arc, colour(Role::Grid)))?;
+            chart.draw_series(LineSeries::new(arc, line(Role::Grid, 1)))?;
         }
         for deg in (-90..=90).step_by(30) {
-            let angle = f64::from(deg).to_radians();
-            chart.draw_series(LineSeries::new([(0.0, 0.0), ray(angle, 1.0)], colour(Role::Grid)))?;
+            let spoke = [(0.0, 0.0), ray(f64::from(deg).to_radians(), 1.0)];
+            chart.draw_series(LineSeries::new(spoke, line(Role::Grid, 1)))?;
         }
-        chart.draw_series(LineSeries::new([(-1.1, 0.0), (1.1, 0.0)], colour(Role::Ink)))?;
-        for ((lobe, role), theta_deg) in lobes.iter().zip(roles).zip(LOBE_ANGLES) {
+        chart.draw_series(LineSeries::new([(-1.1, 0.0), (1.1, 0.0)], line(Role::Ink, 1)))?;
+        for (at, ((lobe, role), theta_deg)) in (0_i32..).zip(lobes.iter().zip(roles).zip(LOBE_ANGLES)) {
             let peak = lobe.iter().map(|p| p.1).fold(0.0, f64::max);
-            let shape: Vec<(f64, f64)> =
-                lobe.iter().map(|&(angle, value)| ray(angle, if peak > 0.0 { value / peak } else { 0.0 })).collect();
-            let style = colour(role).stroke_width(2);
-            chart
-                .draw_series(LineSeries::new(shape, style))?
-                .label(format!("eye at {theta_deg}°, maximum {}", short(peak)))
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], style));
+            let radius = |value: f64| if peak > 0.0 { value / peak } else { 0.0 };
+            let shape = lobe.iter().map(|&(angle, value)| ray(angle, radius(value)));
+            chart.draw_series(LineSeries::new(shape, line(role, 2)))?;
             let eye = -theta_deg.to_radians();
-            let tick = [ray(eye, 1.0), ray(eye, 1.08)];
-            chart.draw_series(LineSeries::new(tick, colour(role).stroke_width(4)))?;
+            chart.draw_series(LineSeries::new([ray(eye, 1.0), ray(eye, 1.06)], line(role, 4)))?;
+            let (x, y) = (px(12 + 320 * (at % 2)), px(14 + 22 * (at / 2)));
+            area.draw(&PathElement::new(vec![(x, y), (x + px(22), y)], line(role, 2)))?;
+            let text = format!("eye at {theta_deg}°, maximum {}", short(peak));
+            area.draw(&Text::new(text, (x + px(30), y - px(7)), label(Role::Ink)))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerMiddle)
-            .margin(2)
-            .legend_area_size(30)
-            .label_font((FONT, FONT_SIZE - 3).into_font().color(&colour(Role::Ink)))
-            .draw()?;
         Ok(())
     })
+}
+
+/// A tick's number.
+fn three_digits(x: f64) -> String {
+    if x == 0.0 || x >= 0.1 { format!("{x:.1}").trim_end_matches(".0").into() } else { format!("{x:.2e}") }
 }
 
 fn class_of(residual: f64) -> usize {
@@ -230,12 +242,12 @@ fn class_of(residual: f64) -> usize {
 
 /// The map of relative asymmetry over both polar angles.
 pub fn asymmetry(map: &AsymmetryMap) -> String {
-    drawn("Map of the reciprocity residual", SIZE, |area| {
-        let (plot, legend) = area.split_horizontally(430);
+    drawn("Map of the reciprocity residual", |area| {
+        let (plot, legend) = area.split_horizontally(px(430));
         let mut chart = ChartBuilder::on(&plot)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(56)
+            .margin(px(12))
+            .x_label_area_size(px(44))
+            .y_label_area_size(px(56))
             .build_cartesian_2d(0.0..90.0, 0.0..90.0)?;
         let step = 90.0 / map.size as f64;
         for (i, row) in map.cells.chunks(map.size).enumerate() {
@@ -252,9 +264,10 @@ pub fn asymmetry(map: &AsymmetryMap) -> String {
         chart
             .configure_mesh()
             .disable_mesh()
-            .axis_style(colour(Role::Ink))
-            .x_labels(4)
-            .y_labels(4)
+            .axis_style(line(Role::Ink, 1))
+            .set_all_tick_mark_size(px(4))
+            .x_labels(10)
+            .y_labels(10)
             .x_label_formatter(&|x| format!("{x:.0}°"))
             .y_label_formatter(&|x| format!("{x:.0}°"))
             .label_style(label(Role::Ink))
@@ -262,10 +275,10 @@ pub fn asymmetry(map: &AsymmetryMap) -> String {
             .y_desc("angle of a")
             .draw()?;
         for (row, (role, _, text)) in (0_i32..).zip(ASYMMETRY_CLASSES) {
-            let y = 40 + 30 * row;
-            legend.draw(&Rectangle::new([(8, y), (28, y + 18)], colour(role).filled()))?;
-            legend.draw(&Rectangle::new([(8, y), (28, y + 18)], colour(Role::Grid)))?;
-            legend.draw(&Text::new(text, (36, y + 2), label(Role::Ink)))?;
+            let corners = [(px(8), px(40 + 30 * row)), (px(28), px(58 + 30 * row))];
+            legend.draw(&Rectangle::new(corners, colour(role).filled()))?;
+            legend.draw(&Rectangle::new(corners, line(Role::Grid, 1)))?;
+            legend.draw(&Text::new(text, (px(36), px(42 + 30 * row)), label(Role::Ink)))?;
         }
         Ok(())
     })
@@ -279,23 +292,25 @@ pub fn histogram(histogram: &Histogram) -> String {
     let place = |bar: usize| bar as f64 + if bar >= n { 1.5 * (bar - n + 1) as f64 } else { 0.0 };
     let right = place(n + 1) + 2.0;
     let top = histogram.sampled.iter().chain(&histogram.claimed).copied().filter(|x| x.is_finite());
-    let top = top.fold(1e-6, f64::max) * 1.12;
-    drawn("Sampled against claimed histogram", SIZE, |area| {
+    // The legend stands above the tallest bar.
+    let top = top.fold(1e-6, f64::max) * 1.3;
+    drawn("Sampled against claimed histogram", |area| {
         let mut chart = ChartBuilder::on(area)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
+            .margin(px(12))
+            .x_label_area_size(px(44))
+            .y_label_area_size(px(64))
             .build_cartesian_2d(0.0..right, 0.0..top)?;
         chart
             .configure_mesh()
             .disable_x_mesh()
-            .axis_style(colour(Role::Ink))
-            .bold_line_style(colour(Role::Grid))
+            .axis_style(line(Role::Ink, 1))
+            .set_all_tick_mark_size(px(4))
+            .bold_line_style(line(Role::Grid, 1))
             .light_line_style(TRANSPARENT)
             .x_labels(8)
             .x_label_formatter(&|x| {
                 let angle = reach * (x / n as f64).powi(2);
-                if *x <= n as f64 { format!("{}°", short(angle.to_degrees())) } else { String::new() }
+                if *x <= n as f64 { format!("{}°", three_digits(angle.to_degrees())) } else { String::new() }
             })
             .label_style(label(Role::Ink))
             .x_desc("angle from the mirror direction (quadratic scale)")
@@ -308,27 +323,27 @@ pub fn histogram(histogram: &Histogram) -> String {
         chart
             .draw_series(bars)?
             .label("sampled")
-            .legend(move |(x, y)| Rectangle::new([(x, y - 6), (x + 22, y + 6)], style));
-        let line = colour(Role::Second).stroke_width(3);
+            .legend(move |(x, y)| Rectangle::new([(x, y - px(6)), (x + px(22), y + px(6))], style));
+        let step = line(Role::Second, 2);
         let level = |bar: usize| histogram.claimed.get(bar).copied().unwrap_or(0.0).clamp(0.0, top);
         let steps = (0..n).flat_map(|bar| [(place(bar), level(bar)), (place(bar) + 1.0, level(bar))]);
         chart
-            .draw_series(LineSeries::new(steps, line))?
+            .draw_series(LineSeries::new(steps, step))?
             .label("claimed by the pdf")
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], line));
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + px(22), y)], step));
         for (bar, name) in [(n, "rest"), (n + 1, "lost")] {
             chart
-                .draw_series(LineSeries::new([(place(bar) - 0.2, level(bar)), (place(bar) + 1.2, level(bar))], line))?;
+                .draw_series(LineSeries::new([(place(bar) - 0.2, level(bar)), (place(bar) + 1.2, level(bar))], step))?;
             let above = histogram.sampled.get(bar).copied().unwrap_or(0.0).max(level(bar)) + 0.05 * top;
             chart.draw_series([Text::new(name, (place(bar) - 0.5, above.min(top)), label(Role::Ink))])?;
         }
         chart
             .configure_series_labels()
             .position(SeriesLabelPosition::UpperRight)
-            .margin(14)
-            .legend_area_size(30)
+            .margin(px(14))
+            .legend_area_size(px(30))
             .background_style(colour(Role::Paper))
-            .border_style(colour(Role::Grid))
+            .border_style(line(Role::Grid, 1))
             .label_font(label(Role::Ink))
             .draw()?;
         Ok(())

@@ -1,7 +1,5 @@
 //! Tables as aligned text and as CSV.
 
-use std::fmt::Write;
-
 /// The side of its column at which a text stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
@@ -75,20 +73,20 @@ pub fn exact(x: f64) -> String {
     format!("{x:?}")
 }
 
-/// A number for reading: four significant digits, `1.234e-5` where plain digits would be long.
+/// A number for reading: at most four significant digits, `1.234e-5` where plain digits would be long.
 pub fn short(x: f64) -> String {
     let size = x.abs();
-    let mut text = String::new();
-    let written = if x == 0.0 || !x.is_finite() || (x.fract() == 0.0 && size < 1e6) {
-        write!(text, "{x}")
+    if x == 0.0 || !x.is_finite() || (x.fract() == 0.0 && size < 1e6) {
+        format!("{x}")
     } else if (1e-3..1e4).contains(&size) {
         let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        write!(text, "{x:.decimals$}")
+        let text = format!("{x:.decimals$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
     } else {
-        write!(text, "{x:.3e}")
-    };
-    debug_assert!(written.is_ok(), "writing to a string cannot fail");
-    text
+        let text = format!("{x:.3e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
+    }
 }
 
 #[cfg(test)]
@@ -121,6 +119,6 @@ mod tests {
     #[test]
     fn short_numbers_keep_four_digits() {
         let shown = [0.0, 1.0, 0.987654321, 12.345678, 1.5e-7, 1e9, f64::INFINITY, -0.0012345].map(short);
-        assert_eq!(shown, ["0", "1", "0.9877", "12.35", "1.500e-7", "1.000e9", "inf", "-0.001234"]);
+        assert_eq!(shown, ["0", "1", "0.9877", "12.35", "1.5e-7", "1e9", "inf", "-0.001234"]);
     }
 }

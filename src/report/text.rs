@@ -178,7 +178,7 @@ mod tests {
         assert!(!text.contains('\x1b'));
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         assert!(text.contains("worst at wo (θ 0°, φ 0°), wi (θ 90°, φ 0°)"), "{text}");
-        assert!(text.contains("would catch at 99 %: energy gain 1.000e-4"), "{text}");
+        assert!(text.contains("would catch at 99 %: energy gain 1e-4"), "{text}");
         assert!(text.contains("FAIL  mine (1 checks, seed 5, level 0.01)"), "{text}");
         assert!(sheet(&judged(Outcome::Fail), Style::Colour).contains("\x1b[1;31mfail"));
     }
