@@ -129,6 +129,9 @@ fn themed(svg: &str, name: &str) -> String {
         text = text.replace(&format!("fill=\"{hex}\""), &format!("class=\"f-{class}\" fill=\"{hex}\""));
         text = text.replace(&format!("stroke=\"{hex}\""), &format!("class=\"s-{class}\" stroke=\"{hex}\""));
     }
+    let (width, height) = SIZE;
+    let drawn = format!("width=\"{}\" height=\"{}\" viewBox", px(width), px(height));
+    text = text.replacen(&drawn, &format!("width=\"{width}\" height=\"{height}\" viewBox"), 1);
     text.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{name}\" "), 1)
 }
 
@@ -370,6 +373,7 @@ mod tests {
         let black = vec![vec![(0.0, 0.0)]];
         for svg in [albedo(&curve, &[]), asymmetry(&map), histogram(&h), histogram(&empty), lobes(&black), lobes(&[])] {
             assert!(svg.starts_with("<svg role=\"img\""), "{}", &svg[..80.min(svg.len())]);
+            assert!(svg.contains("width=\"640\" height=\"420\" viewBox=\"0 0 2560 1680\""));
             for element in svg.split('<') {
                 assert!(element.matches("class=").count() <= 1, "{element}");
                 for colour in ["fill=\"#", "stroke=\"#"] {
