@@ -1,2 +1,4 @@
-//! x
-fn main() {}
+//! The `whitefurnace` program: see [`whitefurnace::cli`].
+fn main() -> std::process::ExitCode {
+    whitefurnace::cli::main()
+}

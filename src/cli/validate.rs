@@ -1,0 +1,86 @@
+//! `whitefurnace validate`: the sheet of checks, on the terminal, as JSON and as HTML.
+
+use std::io::Write;
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::job::{Sink, Validate};
+use super::{Status, ignore_closed_pipe};
+use crate::report::text::{self, Style};
+use crate::report::{Judged, html, json};
+use crate::validate::{CHECKS, Outcome};
+
+pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow::Result<Status> {
+    let style = if terminal && colour_is_welcome() { Style::Colour } else { Style::Plain };
+    // Standard output carries either the sheets for reading or the JSON, never both.
+    let readable = !matches!(job.json, Some(Sink::Stdout));
+    let many = job.subjects.len() > 1;
+    let bar = progress_bar(job.subjects.len() * checks_per_sheet(&job.suite.only));
+    let mut judged: Vec<Judged> = Vec::with_capacity(job.subjects.len());
+    for subject in job.subjects {
+        bar.set_message(subject.name.clone());
+        let mut sheet = job.suite.run_reporting(&subject.bsdf, &|_| bar.inc(1));
+        sheet.subject.clone_from(&subject.name);
+        let one = Judged { name: subject.name, bsdf: subject.bsdf, sheet };
+        if readable {
+            let shown = if many { text::brief(&one, style) } else { text::sheet(&one, style) };
+            bar.suspend(|| print(out, &shown))?;
+        }
+        judged.push(one);
+    }
+    bar.finish_and_clear();
+    if readable && many {
+        print(out, &text::summary(&judged, style))?;
+    }
+    match &job.json {
+        Some(Sink::Stdout) => print(out, &json::sheets(&judged, job.suite.seed, job.suite.level))?,
+        Some(Sink::File(target)) => {
+            let written = target.write(json::sheets(&judged, job.suite.seed, job.suite.level).as_bytes());
+            written.context("--json: cannot be written")?;
+        }
+        None => {}
+    }
+    if let Some(target) = &job.html {
+        let written = target.write(html::page(&judged, job.suite.seed, job.suite.level).as_bytes());
+        written.context("--html: cannot be written")?;
+    }
+    Ok(status(&judged))
+}
+
+/// Fail where any sheet fails, else inconclusive where any is.
+fn status(judged: &[Judged]) -> Status {
+    let any = |outcome| judged.iter().any(|j| j.sheet.outcome() == outcome);
+    if any(Outcome::Fail) {
+        Status::Fail
+    } else if any(Outcome::Inconclusive) {
+        Status::Inconclusive
+    } else {
+        Status::Pass
+    }
+}
+
+/// A reader who goes away changes neither the verdict nor the files: `validate … | head` still judges.
+fn print(out: &mut dyn Write, text: &str) -> anyhow::Result<()> {
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    Ok(ignore_closed_pipe(written)?)
+}
+
+/// See no-color.org: any value but the empty one turns colour off.
+fn colour_is_welcome() -> bool {
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != "dumb")
+}
+
+fn checks_per_sheet(only: &[&str]) -> usize {
+    CHECKS.iter().filter(|(name, _)| only.is_empty() || only.contains(name)).count()
+}
+
+/// A bar on standard error, which draws nothing where that is not a terminal.
+fn progress_bar(steps: usize) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
+    match ProgressStyle::with_template("{bar:30} {pos}/{len} checks, {elapsed}  {wide_msg}") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

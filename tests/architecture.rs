@@ -1,0 +1,87 @@
+//! Data flows one way through the layers of `src`: no layer names a later one.
+//!
+//! Unit tests may: an oracle often comes from a later layer. They stand at the bottom of each file, after the first
+//! `#[cfg(test)]`, and are not scanned. Neither are comments.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const LAYERS: [&str; 9] = ["math", "sampling", "bsdf", "integrate", "validate", "scene", "render", "report", "cli"];
+
+/// The layers after `layer` that `source` names in its paths, with the line on which it does.
+fn later_layers_named(layer: &str, source: &str) -> Vec<(usize, &'static str)> {
+    let at = LAYERS.iter().position(|l| *l == layer).expect("a layer");
+    let code: Vec<&str> = source.lines().take_while(|line| !line.trim_start().starts_with("#[cfg(test)]")).collect();
+    let mut found = Vec::new();
+    for later in &LAYERS[at + 1..] {
+        for (number, line) in code.iter().enumerate() {
+            let line = line.split("//").next().unwrap_or_default();
+            let names = |path: &str| {
+                line.match_indices(path).any(|(start, _)| {
+                    let rest = line[start + path.len()..].chars().next();
+                    !rest.is_some_and(|c| c.is_alphanumeric() || c == '_')
+                })
+            };
+            if names(&format!("crate::{later}")) {
+                found.push((number + 1, *later));
+            }
+        }
+    }
+    found
+}
+
+/// `use crate::{a, b}` would hide a layer from the scan above; each layer has its own line.
+fn has_grouped_import_of_layers(source: &str) -> bool {
+    source.lines().any(|line| !line.trim_start().starts_with("//") && line.contains("crate::{"))
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut all = Vec::new();
+    let Ok(entries) = fs::read_dir(folder) else { return all };
+    for entry in entries {
+        let path = entry.expect("a readable folder").path();
+        if path.is_dir() {
+            all.extend(sources(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            all.push(path);
+        }
+    }
+    all.sort();
+    all
+}
+
+#[test]
+fn no_layer_names_a_later_one() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut scanned = 0;
+    for layer in LAYERS {
+        for path in sources(&src.join(layer)) {
+            let source = fs::read_to_string(&path).expect("a readable source");
+            let found = later_layers_named(layer, &source);
+            assert!(found.is_empty(), "{}: {found:?} come after {layer}", path.display());
+            assert!(!has_grouped_import_of_layers(&source), "{}: import each layer on its own line", path.display());
+            scanned += 1;
+        }
+    }
+    assert!(scanned > 20, "only {scanned} files were found: the scan has lost its subject");
+}
+
+#[test]
+fn every_folder_of_src_is_a_layer() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for entry in fs::read_dir(src).expect("a readable folder") {
+        let path = entry.expect("a readable folder").path();
+        let name = path.file_name().and_then(|n| n.to_str()).expect("a name").to_string();
+        assert!(!path.is_dir() || LAYERS.contains(&name.as_str()), "{name} has no place in the order of layers");
+    }
+}
+
+#[test]
+fn the_scan_sees_what_it_must() {
+    let source = "use crate::math::sphere;\nuse crate::validate::Check;\nlet x = crate::cli::main();\n";
+    assert_eq!(later_layers_named("bsdf", source), [(2, "validate"), (3, "cli")]);
+    assert_eq!(later_layers_named("cli", source), []);
+    let innocent = "// crate::cli\nuse crate::clip;\n#[cfg(test)]\nmod tests { use crate::cli; }\n";
+    assert_eq!(later_layers_named("math", innocent), []);
+    assert!(has_grouped_import_of_layers("use crate::{bsdf, cli};"));
+}
