@@ -2,13 +2,10 @@
 
 use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
-use super::{Bsdf, ashikhmin_shirley, lambert, phong, ward};
-use super::{Bsdf, lambert, microfacet};
 use super::{
-    Bsdf, ashikhmin_shirley, blinn_phong, burley, eon, fon, lambert, lommel_seeliger, minnaert, mix, oren_nayar, phong,
-    ward,
+    Bsdf, ashikhmin_shirley, blinn_phong, burley, disney, eon, fon, lambert, lommel_seeliger, microfacet, minnaert,
+    mix, oren_nayar, phong, ward,
 };
-use super::{Bsdf, ashikhmin_shirley, disney, lambert, ward};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -53,21 +50,22 @@ pub static MODELS: &[Entry] = &[
     lambert::ENTRY,
     phong::ENTRY,
     blinn_phong::ENTRY,
+    microfacet::GGX,
+    microfacet::BECKMANN,
+    microfacet::BLINN,
     oren_nayar::ENTRY,
     fon::ENTRY,
     eon::ENTRY,
     burley::ENTRY,
-    minnaert::ENTRY,
-    lommel_seeliger::ENTRY,
+    disney::ENTRY,
     ashikhmin_shirley::ENTRY,
     ward::ENTRY,
+    minnaert::ENTRY,
+    lommel_seeliger::ENTRY,
     sgd::ENTRY,
     abc::ENTRY,
     mix::ENTRY,
 ];
-pub static MODELS: &[Entry] = &[lambert::ENTRY, microfacet::GGX, microfacet::BECKMANN, microfacet::BLINN];
-pub static MODELS: &[Entry] =
-    &[lambert::ENTRY, ashikhmin_shirley::ENTRY, ward::ENTRY, disney::ENTRY, sgd::ENTRY, abc::ENTRY];
 
 /// The model called `name`.
 pub fn find(name: &str) -> Option<&'static Entry> {

@@ -14,12 +14,6 @@ use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 pub mod catalog;
-#[cfg(test)]
-mod contract;
-mod disney;
-mod half_vector;
-mod fresnel;
-mod lambert;
 pub mod measured;
 pub mod microfacet;
 pub mod subject;
@@ -30,8 +24,10 @@ mod burley;
 #[cfg(test)]
 mod contract;
 mod custom;
+mod disney;
 mod eon;
 mod fon;
+mod fresnel;
 mod half_vector;
 mod lambert;
 mod lommel_seeliger;
@@ -47,19 +43,18 @@ mod ward;
 
 pub use crate::sampling::stream::Uniforms;
 pub use ashikhmin_shirley::AshikhminShirley;
-pub use fresnel::Fresnel;
-pub use disney::{Disney, DisneyParams};
-pub use lambert::Lambert;
-pub use microfacet::{
-    Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet, Sampling,
-};
 pub use blinn_phong::{BlinnPhong, BlinnPhongNorm};
 pub use burley::Burley;
 pub use custom::FnBsdf;
+pub use disney::{Disney, DisneyParams};
 pub use eon::Eon;
 pub use fon::Fon;
+pub use fresnel::Fresnel;
 pub use lambert::Lambert;
 pub use lommel_seeliger::LommelSeeliger;
+pub use microfacet::{
+    Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet, Sampling,
+};
 pub use minnaert::Minnaert;
 pub use mix::Mix;
 pub use oren_nayar::OrenNayar;

@@ -1,5 +1,6 @@
 //! The verdict sheet: checks of a BRDF that say what they found, and how large an error they would have caught.
 
+pub mod broken;
 #[cfg(test)]
 mod calibration;
 mod check;
