@@ -3,8 +3,8 @@
 //! The integrand may have its lobe anywhere and of any width. Three charts are tried: polar angles about the normal
 //! (diffuse reflection), about the mirror direction (Phong-like lobes) and of the half vector (microfacet lobes). Each
 //! is shown every peak that any of them, or the model's own sampler, has come across, and refines around it; the chart
-//! with the smallest error is then refined to the tolerance. The others must agree within *their* errors, or the result
-//! is marked unresolved. What this can miss is a lobe far from the normal, the mirror direction and the direction
+//! with the smallest error is then refined to the tolerance. The second best is refined until it agrees or contradicts;
+//! after a contradiction the best one is cut finer everywhere, and what stays contradicted is marked unresolved. What this can miss is a lobe far from the normal, the mirror direction and the direction
 //! itself, narrower than the charts' initial nodes, and never drawn by the model's sampler.
 
 use std::f64::consts::PI;
@@ -21,6 +21,13 @@ use crate::sampling::stream::{stream, uniform, uniforms};
 
 /// How many draws of the model's sampler are shown to the charts as possible places of lobes.
 const HINT_DRAWS: u64 = 16;
+
+/// How often a contradiction between two charts is followed up before the result is called unresolved.
+const ROUNDS: usize = 5;
+/// Disagreement of two charts, in tolerances, that is followed up.
+const AGREEMENT: f64 = 10.0;
+/// Evaluations granted to a second chart beyond those that the first has needed.
+const SECOND_OPINION: u64 = 50_000;
 
 /// Which direction is held fixed while the other runs over the hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,26 +149,41 @@ impl Hemisphere {
     ) -> (Mesh<'a, N>, Integral<[f64; N]>) {
         let mut meshes = [Chart::half(w), Chart::about(mirror(w), w), Chart::upright(w)].map(|c| Mesh::new(c, f));
         self.show_peaks(&mut meshes, hints, w, f);
-
-        let order = |a: &&mut Mesh<'_, N>, b: &&mut Mesh<'_, N>| a.error().total_cmp(&b.error());
-        if let Some(best) = meshes.iter_mut().min_by(order) {
-            let scale = largest(&best.value()).max(1.0);
-            best.refine(self.tol * scale, self.max_evals);
-        }
-        meshes.sort_by(|a, b| a.error().total_cmp(&b.error()));
-        let evals = meshes.iter().map(Mesh::evals).sum();
-        let [best, others @ ..] = meshes;
-        let value = best.value();
-        let mut error = best.error();
-        for other in others {
-            let gap = value.iter().zip(other.value()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Both bounds hold, or one of the two charts has missed something.
-            if gap > error + other.error() {
-                error = gap;
+        for _ in 0..ROUNDS {
+            meshes.sort_by(|a, b| a.error().total_cmp(&b.error()));
+            let [best, second, _] = &mut meshes;
+            let target = self.tol * largest(&best.value()).max(1.0);
+            best.refine(target, self.max_evals);
+            if !self.contradicts(best, second, target) {
+                break;
             }
+            // One of the two is blind to something: look everywhere with the one that claims to be sure.
+            best.halve_all(self.max_evals);
         }
+
+        let evals = meshes.iter().map(Mesh::evals).sum();
+        let [best, second, _] = meshes;
+        let value = best.value();
+        let error = if excluded(&best, &second) { gap(&best, &second) } else { best.error() };
         let resolved = error <= self.tol * largest(&value).max(1.0);
         (best, Integral { value, error, resolved, evals })
+    }
+
+    /// Whether a second chart, refined until it can tell, finds a value that the best one's error bound excludes.
+    ///
+    /// Its own bound may stay wide where its coordinates do not fit the lobe; then its value must agree to within
+    /// [`AGREEMENT`] tolerances, or as well as its share of the work allows.
+    fn contradicts<const N: usize>(&self, best: &Mesh<'_, N>, second: &mut Mesh<'_, N>, target: f64) -> bool {
+        let limit = (second.evals() + best.evals() + SECOND_OPINION).min(self.max_evals);
+        let apart = gap(best, second);
+        if apart > AGREEMENT * target {
+            second.refine((0.25 * apart).max(target), limit);
+        }
+        if excluded(best, second) {
+            // An estimate is worth little while a lobe is just coming into sight: let it settle before it contradicts.
+            second.refine(target, limit);
+        }
+        excluded(best, second)
     }
 
     /// Shows every chart the peaks that the others, the hints and the usual directions have.
@@ -172,7 +194,11 @@ impl Hemisphere {
         w: DVec3,
         f: &dyn Fn(DVec3) -> [f64; N],
     ) {
+        // Layers along the horizon hide between its edge and the nodes next to it.
+        let low = [0.1, 1e-2, 1e-3, 1e-4].into_iter().flat_map(|mu| [0.0, 0.5 * PI, PI].map(|turn| (mu, turn)));
+        let azimuth = w.y.atan2(w.x);
         let usual = [mirror(w), w, DVec3::Z].into_iter().chain(hints.iter().copied());
+        let usual = usual.chain(low.map(|(mu, turn)| direction_mu(mu, azimuth + turn)));
         let mut witnesses: Vec<(DVec3, f64)> = usual.map(|v| (v, largest(&f(v)))).collect();
         witnesses.extend(meshes.iter().map(Mesh::peak));
         for mesh in meshes {
@@ -183,6 +209,16 @@ impl Hemisphere {
             }
         }
     }
+}
+
+/// The largest difference between the values of two meshes.
+fn gap<const N: usize>(a: &Mesh<'_, N>, b: &Mesh<'_, N>) -> f64 {
+    a.value().iter().zip(b.value()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Whether two meshes differ by more than both their bounds allow: one of them has missed something.
+fn excluded<const N: usize>(a: &Mesh<'_, N>, b: &Mesh<'_, N>) -> bool {
+    gap(a, b) > a.error() + b.error()
 }
 
 fn largest<const N: usize>(values: &[f64; N]) -> f64 {
@@ -252,6 +288,27 @@ mod tests {
         }
         let average = quadrature.average(&lambert, Side::Eye);
         assert!(average.resolved && (average.value - rho).0.abs().max_element() <= 1e-9);
+    }
+
+    /// A layer along the horizon, thinner than the distance from the last node of a coarse rule to the edge.
+    #[derive(Debug)]
+    struct Layer;
+
+    impl Bsdf for Layer {
+        fn eval(&self, _: DVec3, wi: DVec3) -> Rgb {
+            Rgb::grey(if wi.z < 0.004 { 0.1 / wi.z } else { 0.0 })
+        }
+    }
+
+    #[test]
+    fn a_layer_along_the_horizon_is_not_confidently_missed() {
+        for theta in [0.3, 1.0, 1.5] {
+            let a = Hemisphere::with_tol(1e-5).albedo(&Layer, Side::Eye, direction(theta, 0.0));
+            // ∫ 0.1 dω over cosθ < 0.004
+            let exact = 0.1 * 2.0 * PI * 0.004;
+            let honest = (a.value.0.x - exact).abs() <= a.error;
+            assert!(honest, "{theta}: {a:?} {exact}");
+        }
     }
 
     #[test]

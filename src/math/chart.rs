@@ -148,8 +148,13 @@ impl Chart {
         let radial = if self.zoom > 0.0 {
             vec![0.0, 0.4, 0.7, 1.0]
         } else {
-            let theta_o = self.wo.x.hypot(self.wo.y).atan2(self.wo.z) / FRAC_PI_2;
-            if (0.01..=0.99).contains(&theta_o) { vec![0.0, theta_o, 1.0] } else { vec![0.0, 1.0] }
+            // The angle from wo to the horizon sets the scale on which things happen along it. Layers of a scale of
+            // their own would hide between the horizon and the nodes next to it, but for a last thin strip.
+            let left = self.wo.z.atan2(self.wo.x.hypot(self.wo.y)) / FRAC_PI_2;
+            let cuts = [1.0 - 16.0 * left, 1.0 - 4.0 * left, 1.0 - left, 1.0 - 0.25 * left];
+            let near_horizon = if left < 0.06 { cuts.to_vec() } else { vec![1.0 - left, 0.98] };
+            let inner = near_horizon.into_iter().filter(|t| (1e-3..1.0 - 1e-12).contains(t));
+            std::iter::once(0.0).chain(inner).chain(std::iter::once(1.0)).collect()
         };
         (radial, quarters)
     }

@@ -254,6 +254,17 @@ impl<'a, const N: usize> Mesh<'a, N> {
         }
     }
 
+    /// Halves every cell along both axes, or as many as `max_evals` allow.
+    pub fn halve_all(&mut self, max_evals: u64) {
+        for axis in [0, 1] {
+            for index in 0..self.cells.len() {
+                if self.evals < max_evals {
+                    self.split_along(index, axis);
+                }
+            }
+        }
+    }
+
     /// The cells and their integrals, depth first, so that neighbours on the list are neighbours in the chart; each with
     /// its number in the [`Partition`].
     pub fn leaves(&self) -> Vec<(usize, Leaf)> {
