@@ -78,7 +78,7 @@ fn every_model_but_turquins_is_reciprocal() {
 fn alpha_one_is_lommel_seeliger_pointwise() {
     let correlated = Ggx::new(1.0).unwrap();
     let separable = Ggx::new(1.0).unwrap().with_masking(Masking::Separable);
-    for (o, i, phi) in [(0.0, 0.0, 0.0), (0.3, 1.2, 2.0), (1.5, 1.5, 3.1), (1.5707, 0.1, 4.0), (1.57, 1.57, 0.01)] {
+    for (o, i, phi) in [(0.0, 0.0, 0.0), (0.3, 1.2, 2.0), (1.5, 1.5, 3.1), (1.5706, 0.1, 4.0), (1.57, 1.57, 0.01)] {
         let (wo, wi) = (direction(o, 0.4), direction(i, 0.4 + phi));
         let exact = 1.0 / (TAU * (wo.z + wi.z));
         // A dozen roundings.
@@ -124,11 +124,11 @@ fn beckmann_masking_is_exact_and_the_rational_fit_is_not() {
     // 50-digit arithmetic.
     for (b, expected) in [
         (0.001, 281.5950738686229),
-        (0.3, 0.52369747107869962),
+        (0.3, 0.5236974710786996),
         (0.999, 0.025231255535142623),
         (1.0, 0.025127270830006111),
-        (1.336, 0.0060139918733674064),
-        (3.0, 5.5917249626960047e-7),
+        (1.336, 0.006013991873367406),
+        (3.0, 5.591724962696005e-7),
         (6.0, 1.4555347395581356e-19),
     ] {
         let normals = BeckmannNormals::new(0.5, 0.5).unwrap();
