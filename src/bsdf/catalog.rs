@@ -6,7 +6,6 @@ use super::{
     Bsdf, ashikhmin_shirley, blinn_phong, burley, disney, eon, fon, lambert, lommel_seeliger, microfacet, minnaert,
     mix, oren_nayar, phong, ward,
 };
-use super::{Bsdf, ashikhmin_shirley, lambert, microfacet, phong, ward};
 
 /// One model of the catalog. Each model's file defines its own.
 #[derive(Clone, Copy, Debug)]
@@ -59,9 +58,6 @@ pub static MODELS: &[Entry] = &[
     eon::ENTRY,
     burley::ENTRY,
     disney::ENTRY,
-    microfacet::GGX,
-    microfacet::BECKMANN,
-    microfacet::BLINN,
     ashikhmin_shirley::ENTRY,
     ward::ENTRY,
     minnaert::ENTRY,

@@ -14,11 +14,6 @@ use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 pub mod catalog;
-#[cfg(test)]
-mod contract;
-mod fresnel;
-mod half_vector;
-mod lambert;
 pub mod measured;
 pub mod microfacet;
 pub mod subject;
