@@ -7,11 +7,13 @@
 //! - `densities`: the sampler is right, but claims another density or weight
 //! - `draws`: the density is right, but the sampler draws something else
 //! - [`Chimera`]: f, density and draws of three different models
+//! - [`Unmatched`]: microfacets whose distribution and masking do not belong together
 
 mod chimera;
 mod densities;
 mod draws;
 mod flaw;
+mod normals;
 mod twins;
 mod values;
 
@@ -24,6 +26,7 @@ pub use draws::{
     BelowTheHorizon, BiasedLobe, Correlated, Dropped, HalfTurn, Hole, Leak, MirroredHalfVector, MissingSquareRoot,
     NanAtZero, OnlyOnAverage, Redrawn, ReusedUniform, Rotated, UnflippedHalfVector,
 };
+pub use normals::{Unmatched, ggx_masking, no_masking, rational_beckmann, remapped_schlick, rougher_ggx};
 pub use twins::{Twin, twins};
 pub use values::{
     Asymmetric, CosineInEval, DividedByCosine, ExtraPi, FalseClaim, Gain, GainAtGrazing, MissingPi, NanAtCosineOne,
