@@ -1,7 +1,7 @@
 //! Data flows one way through the layers of `src`: no layer names a later one.
 //!
-//! Unit tests may: an oracle often comes from a later layer. They stand at the bottom of each file, after the first
-//! `#[cfg(test)]`, and are not scanned. Neither are comments.
+//! Unit tests may: an oracle often comes from a later layer. The block `#[cfg(test)] mod … {` at the bottom of a file
+//! is not scanned, nor are the files of modules declared by `#[cfg(test)] mod …;`, nor comments.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,9 @@ const LAYERS: [&str; 9] = ["math", "sampling", "bsdf", "integrate", "validate", 
 /// The layers after `layer` that `source` names in its paths, with the line on which it does.
 fn later_layers_named(layer: &str, source: &str) -> Vec<(usize, &'static str)> {
     let at = LAYERS.iter().position(|l| *l == layer).expect("a layer");
-    let code: Vec<&str> = source.lines().take_while(|line| !line.trim_start().starts_with("#[cfg(test)]")).collect();
+    let lines: Vec<&str> = source.lines().collect();
+    let tests = (0..lines.len()).find(|&at| test_module(&lines, at).is_some_and(|declared| declared.ends_with('{')));
+    let code = &lines[..tests.unwrap_or(lines.len())];
     let mut found = Vec::new();
     for later in &LAYERS[at + 1..] {
         for (number, line) in code.iter().enumerate() {
@@ -28,6 +30,20 @@ fn later_layers_named(layer: &str, source: &str) -> Vec<(usize, &'static str)> {
         }
     }
     found
+}
+
+/// What follows `#[cfg(test)]` on line `at`, past other attributes, if it is a module: `mod name;` or `mod name {`.
+fn test_module<'a>(lines: &[&'a str], at: usize) -> Option<&'a str> {
+    let item = lines[at..].iter().map(|line| line.trim()).skip_while(|line| line.starts_with("#["));
+    let item = item.take(usize::from(lines[at].trim() == "#[cfg(test)]")).next()?;
+    (item.starts_with("mod ") || item.contains(" mod ")).then_some(item)
+}
+
+/// The names of modules that `source` declares for tests alone, in files of their own.
+fn test_files(source: &str) -> Vec<String> {
+    let lines: Vec<&str> = source.lines().collect();
+    let declared = (0..lines.len()).filter_map(|at| test_module(&lines, at)?.strip_suffix(';')?.rsplit(' ').next());
+    declared.map(|name| format!("{name}.rs")).collect()
 }
 
 /// `use crate::{a, b}` would hide a layer from the scan above; each layer has its own line.
@@ -57,6 +73,10 @@ fn no_layer_names_a_later_one() {
     for layer in LAYERS {
         for path in sources(&src.join(layer)) {
             let source = fs::read_to_string(&path).expect("a readable source");
+            let parent = fs::read_to_string(path.with_file_name("mod.rs")).unwrap_or_default();
+            if test_files(&parent).iter().any(|name| path.ends_with(name)) {
+                continue;
+            }
             let found = later_layers_named(layer, &source);
             assert!(found.is_empty(), "{}: {found:?} come after {layer}", path.display());
             assert!(!has_grouped_import_of_layers(&source), "{}: import each layer on its own line", path.display());
@@ -81,7 +101,10 @@ fn the_scan_sees_what_it_must() {
     let source = "use crate::math::sphere;\nuse crate::validate::Check;\nlet x = crate::cli::main();\n";
     assert_eq!(later_layers_named("bsdf", source), [(2, "validate"), (3, "cli")]);
     assert_eq!(later_layers_named("cli", source), []);
-    let innocent = "// crate::cli\nuse crate::clip;\n#[cfg(test)]\nmod tests { use crate::cli; }\n";
+    let innocent = "// crate::cli\nuse crate::clip;\n#[cfg(test)]\nmod tests {\n    use crate::cli;\n}\n";
     assert_eq!(later_layers_named("math", innocent), []);
+    let declared = "#[cfg(test)]\npub(crate) mod oracle;\nuse crate::bsdf;\n";
+    assert_eq!(test_files(declared), ["oracle.rs"]);
+    assert_eq!(later_layers_named("math", declared), [(3, "bsdf")], "what follows a declaration is scanned");
     assert!(has_grouped_import_of_layers("use crate::{bsdf, cli};"));
 }

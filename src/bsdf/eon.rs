@@ -1,8 +1,8 @@
 //! EON: the energy-preserving Oren-Nayar model, Fujii's lobe plus the light of all further bounces.
 //!
-//! f = ρ f₁ + ρₘ/π (1 − E(θi)) (1 − E(θo)) / (1 − <E>)      [1/sr],  ρₘ = ρ² <E> / (1 − ρ (1 − <E>))
+//! f = ρ f₁ + ρₘ/π (1 − E(θi)) (1 − E(θo)) / (1 − ⟨E⟩)      [1/sr],  ρₘ = ρ² ⟨E⟩ / (1 − ρ (1 − ⟨E⟩))
 //!
-//! with f₁, E and <E> of [`Fon`](super::Fon) at unit reflectance. `rho` in [0, 1] is the reflectance of one bounce, per
+//! with f₁, E and ⟨E⟩ of [`Fon`](super::Fon) at unit reflectance. `rho` in [0, 1] is the reflectance of one bounce, per
 //! channel: further bounces saturate the colour. `r` in [0, 1] is Fujii's roughness. The albedo is ρ E + ρₘ (1 − E):
 //! exactly 1 for ρ = 1, whatever r and the direction are. r = 0 is Lambert.
 //! # References

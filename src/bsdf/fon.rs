@@ -6,7 +6,7 @@
 //! `rho` in [0, 1] is the reflectance, `r` in [0, 1] Fujii's roughness, a number of its own and no angle; r = 0 is Lambert.
 //! With G(θ) = sinθ (θ − sinθ cosθ) + ⅔ tanθ (1 − sin³θ) the albedo is ρ E,
 //!
-//! E(θ) = A + (r A/π)(G(θ) − ⅔ sinθ),  hemispherical average <E> = A (1 + c₂ r),  c₂ = 2/3 − 28/(15π),
+//! E(θ) = A + (r A/π)(G(θ) − ⅔ sinθ),  hemispherical average ⟨E⟩ = A (1 + c₂ r),  c₂ = 2/3 − 28/(15π),
 //!
 //! at most 1 and 1 only at grazing: the energy of further bounces is missing, [`Eon`](super::Eon) gives it back.
 //! # References

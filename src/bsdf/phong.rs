@@ -133,13 +133,13 @@ impl Bsdf for Phong {
     }
 }
 
-/// T = ∫ max(0, v·r)ⁿ dl over the upper hemisphere of l [sr], for `v` above the horizon and `n` ≥ 0.
+/// T = ∫ max(0, v·r)ⁿ dl over the upper hemisphere of l \[sr\], for `v` above the horizon and `n` ≥ 0.
 pub fn phong_t(n: f64, v: DVec3) -> f64 {
     let hidden = 0.5 * inc_beta_half(0.5 * (n + 1.0), v.x * v.x + v.y * v.y, v.z * v.z);
     TAU / (n + 1.0) * (1.0 - hidden)
 }
 
-/// A = ∫ max(0, v·r)ⁿ (n·l) dl over the upper hemisphere of l [sr], for `v` above the horizon and `n` ≥ 0.
+/// A = ∫ max(0, v·r)ⁿ (n·l) dl over the upper hemisphere of l \[sr\], for `v` above the horizon and `n` ≥ 0.
 pub fn phong_a(n: f64, v: DVec3) -> f64 {
     let (s2, c2) = (v.x * v.x + v.y * v.y, v.z * v.z);
     // sinⁿθ through whichever of sin² and cos² is small.

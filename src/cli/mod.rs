@@ -1,4 +1,4 @@
-//! The command line: what was typed ([`args`]) becomes what it means ([`job`]), and each subcommand has its file.
+//! The command line: what was typed (`args`) becomes what it means (`job`), and each subcommand has its file.
 //!
 //! Exit status: 0 all is well; 1 a check failed; 3 nothing failed, but something could not be decided (a check was
 //! inconclusive, an integral did not meet its tolerance); 2 bad usage or input, with one line on standard error.

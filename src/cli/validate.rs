@@ -1,15 +1,20 @@
 //! `whitefurnace validate`: the sheet of checks, on the terminal, as JSON and as HTML.
 
+use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::mpsc;
+use std::thread;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
 
 use super::job::{Sink, Validate};
+use super::subjects::Subject;
 use super::{Status, ignore_closed_pipe};
 use crate::report::text::{self, Style};
 use crate::report::{Judged, html, json};
-use crate::validate::{CHECKS, Outcome};
+use crate::validate::{CHECKS, Outcome, Suite};
 
 pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow::Result<Status> {
     let style = if terminal && colour_is_welcome() { Style::Colour } else { Style::Plain };
@@ -17,18 +22,10 @@ pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow:
     let readable = !matches!(job.json, Some(Sink::Stdout));
     let many = job.subjects.len() > 1;
     let bar = progress_bar(job.subjects.len() * checks_per_sheet(&job.suite.only));
-    let mut judged: Vec<Judged> = Vec::with_capacity(job.subjects.len());
-    for subject in job.subjects {
-        bar.set_message(subject.name.clone());
-        let mut sheet = job.suite.run_reporting(&subject.bsdf, &|_| bar.inc(1));
-        sheet.subject.clone_from(&subject.name);
-        let one = Judged { name: subject.name, bsdf: subject.bsdf, sheet };
-        if readable {
-            let shown = if many { text::brief(&one, style) } else { text::sheet(&one, style) };
-            bar.suspend(|| print(out, &shown))?;
-        }
-        judged.push(one);
-    }
+    let judged = judge(job.subjects, &job.suite, &bar, |one| {
+        let shown = if many { text::brief(one, style) } else { text::sheet(one, style) };
+        if readable { bar.suspend(|| print(out, &shown)) } else { Ok(()) }
+    })?;
     bar.finish_and_clear();
     if readable && many {
         print(out, &text::summary(&judged, style))?;
@@ -46,6 +43,42 @@ pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow:
         written.context("--html: cannot be written")?;
     }
     Ok(status(&judged))
+}
+
+/// Judges all subjects, as many at a time as there are threads, and shows each as soon as all before it are shown.
+///
+/// A sheet depends on its subject and the seed alone, so neither the verdicts nor their order depend on the threads.
+fn judge(
+    subjects: Vec<Subject>,
+    suite: &Suite,
+    bar: &ProgressBar,
+    mut show: impl FnMut(&Judged) -> anyhow::Result<()>,
+) -> anyhow::Result<Vec<Judged>> {
+    let one = |subject: Subject| {
+        bar.set_message(subject.name.clone());
+        let mut sheet = suite.run_reporting(&subject.bsdf, &|_| bar.inc(1));
+        sheet.subject.clone_from(&subject.name);
+        Judged { name: subject.name, bsdf: subject.bsdf, sheet }
+    };
+    let (sender, receiver) = mpsc::channel();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            // Where the receiver has gone, an error has ended the run.
+            subjects
+                .into_par_iter()
+                .enumerate()
+                .for_each_with(sender, |to, (at, subject)| drop(to.send((at, one(subject)))));
+        });
+        let (mut judged, mut waiting) = (Vec::new(), BTreeMap::new());
+        for (at, ready) in receiver {
+            waiting.insert(at, ready);
+            while let Some(next) = waiting.remove(&judged.len()) {
+                show(&next)?;
+                judged.push(next);
+            }
+        }
+        Ok(judged)
+    })
 }
 
 /// Fail where any sheet fails, else inconclusive where any is.

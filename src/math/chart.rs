@@ -161,7 +161,7 @@ impl Chart {
 }
 
 impl Row {
-    /// The direction at `t` in (0, 1), and dω / (dt dφ) [sr].
+    /// The direction at `t` in (0, 1), and dω / (dt dφ) \[sr\].
     pub fn at(&self, t: f64) -> (DVec3, f64) {
         let (part, slope) = if self.zoom == 0.0 {
             (t, 1.0)

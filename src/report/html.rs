@@ -24,7 +24,7 @@ const PAGE_CSS: &str = "
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:84rem;padding:1.5rem clamp(.8rem,3vw,2.5rem);background:var(--paper);color:var(--ink);
 font:16px/1.5 system-ui,sans-serif}
-h1{font-size:1.6rem;margin:0 0 .3rem}h2{font-size:1.25rem;margin:2.5rem 0 .6rem;overflow-wrap:anywhere}
+h1{font-size:1.6rem;margin:0 0 .3rem;overflow-wrap:anywhere}h2{font-size:1.25rem;margin:2.5rem 0 .6rem;overflow-wrap:anywhere}
 code{font-family:ui-monospace,monospace;font-size:.95em;overflow-wrap:anywhere}
 a{color:var(--first)}
 p.soft,figcaption,td .soft{color:var(--soft)}
@@ -33,7 +33,10 @@ table{border-collapse:collapse;width:100%}
 th,td{text-align:left;vertical-align:top;padding:.4rem .7rem .4rem 0;border-bottom:1px solid var(--grid)}
 th{font-weight:600;font-size:.9rem;white-space:nowrap}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
-td.d{min-width:18rem}
+td.d{min-width:18rem}td.c{white-space:nowrap}
+@media(max-width:44rem){.sheet tr:first-child{display:none}.sheet tr{display:block;padding:.5rem 0;
+border-bottom:1px solid var(--grid)}.sheet td{display:inline-block;border:0;padding:0 .8rem 0 0}
+.sheet td.n::before{content:attr(data-name) ' ';color:var(--soft)}.sheet td.d{display:block;min-width:0;padding-top:.2rem}}
 td.d div{overflow-wrap:anywhere}
 .v{font-weight:600;white-space:nowrap}
 .v.pass{color:var(--pass)}.v.fail{color:var(--fail)}.v.inconclusive{color:var(--inconclusive)}
@@ -106,7 +109,7 @@ fn contents(judged: &[Judged]) -> String {
 fn section(at: usize, judged: &Judged, figures: &str) -> String {
     let rows: String = judged.sheet.checks.iter().map(row).collect();
     format!(
-        "<section id=\"s{at}\">\n<h2><code>{}</code> {}</h2>\n<div class=\"scroll\"><table>\n\
+        "<section id=\"s{at}\">\n<h2><code>{}</code> {}</h2>\n<div class=\"scroll\"><table class=\"sheet\">\n\
          <tr><th>verdict</th><th>check</th><th class=\"n\">statistic</th><th class=\"n\">bound</th>\
          <th class=\"n\">p-value</th><th>what was found</th></tr>\n{rows}</table></div>\n{figures}</section>\n",
         escaped(&judged.name),
@@ -123,8 +126,9 @@ fn row(check: &Check) -> String {
         let _ = write!(found, "<div class=\"soft\">{}</div>", escaped(&caught(check)));
     }
     format!(
-        "<tr><td>{}</td><td><code>{}</code></td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
-         <td class=\"d\">{found}</td></tr>\n",
+        "<tr><td>{}</td><td class=\"c\"><code>{}</code></td>\
+         <td class=\"n\" data-name=\"statistic\">{}</td><td class=\"n\" data-name=\"bound\">{}</td>\
+         <td class=\"n\" data-name=\"p\">{}</td><td class=\"d\">{found}</td></tr>\n",
         verdict(check.outcome),
         escaped(check.name),
         short(check.statistic),

@@ -1,6 +1,6 @@
 //! Plots as SVG that reads in light and in dark.
 //!
-//! plotters draws with one fixed colour for each role; [`themed`] then adds a class to each of these, and [`CSS`] says
+//! plotters draws with one fixed colour for each role; a class is then added to each of these, and [`css`] says
 //! what the classes look like in either colour scheme. A viewer without CSS still shows the light colours. No font is
 //! needed: texts stay texts.
 
@@ -88,7 +88,7 @@ fn colour(role: Role) -> RGBColor {
     THEME.iter().find(|(r, ..)| *r == role).map_or(BLACK, |&(_, _, light, _)| light)
 }
 
-/// The rules that go with [`themed`] plots: to stand in a `<style>` of the page or of the SVG itself.
+/// The rules that go with the plots' classes: to stand in a `<style>` of the page or of the SVG itself.
 pub fn css() -> String {
     let hex = |c: RGBColor| format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2);
     let variables = |dark: bool| {
@@ -163,6 +163,7 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> String {
     drawn("Albedo against angle", |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(px(12))
+            .margin_right(px(24))
             .x_label_area_size(px(44))
             .y_label_area_size(px(56))
             .build_cartesian_2d(0.0..90.0, 0.0..top)?;
@@ -249,6 +250,7 @@ pub fn asymmetry(map: &AsymmetryMap) -> String {
         let (plot, legend) = area.split_horizontally(px(430));
         let mut chart = ChartBuilder::on(&plot)
             .margin(px(12))
+            .margin_right(px(24))
             .x_label_area_size(px(44))
             .y_label_area_size(px(56))
             .build_cartesian_2d(0.0..90.0, 0.0..90.0)?;
@@ -300,6 +302,7 @@ pub fn histogram(histogram: &Histogram) -> String {
     drawn("Sampled against claimed histogram", |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(px(12))
+            .margin_right(px(24))
             .x_label_area_size(px(44))
             .y_label_area_size(px(64))
             .build_cartesian_2d(0.0..right, 0.0..top)?;

@@ -90,12 +90,15 @@ pub fn asymmetry(bsdf: &dyn Bsdf) -> AsymmetryMap {
     AsymmetryMap { size, cells: (0..size * size).map(|at| cell(at / size, at % size)).collect() }
 }
 
+/// Values below this are next to subnormal numbers, which have lost their digits: they are compared with it instead.
+const DIGITS_END: f64 = 1e-290;
+
 /// |x − y| / max(|x|, |y|) of the worst channel; 0 for two zeros, NaN where a value is not finite.
 fn relative_gap(x: Rgb, y: Rgb) -> f64 {
     if !x.is_finite() || !y.is_finite() {
         return f64::NAN;
     }
-    let gap = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / a.abs().max(b.abs()) };
+    let gap = |(a, b): (f64, f64)| (a - b).abs() / a.abs().max(b.abs()).max(DIGITS_END);
     x.to_array().into_iter().zip(y.to_array()).map(gap).fold(0.0, f64::max)
 }
 
