@@ -3,8 +3,9 @@
 //! The integrand may have its lobe anywhere and of any width. Three charts are tried: polar angles about the normal
 //! (diffuse reflection), about the mirror direction (Phong-like lobes) and of the half vector (microfacet lobes). Each
 //! is shown every peak that any of them, or the model's own sampler, has come across, and refines around it; the chart
-//! with the smallest error is then refined to the tolerance. The second best is refined until it agrees or contradicts;
-//! after a contradiction the best one is cut finer everywhere, and what stays contradicted is marked unresolved. What this can miss is a lobe far from the normal, the mirror direction and the direction
+//! with the smallest error is then refined to the tolerance, and another one until its value agrees. The error stated is
+//! the cubature's own bound plus the difference of the two charts. Where no two of the three agree, the result is marked
+//! unresolved. What this can miss is a lobe far from the normal, the mirror direction and the direction
 //! itself, narrower than the charts' initial nodes, and never drawn by the model's sampler.
 
 use std::f64::consts::PI;
@@ -22,12 +23,11 @@ use crate::sampling::stream::{stream, uniform, uniforms};
 /// How many draws of the model's sampler are shown to the charts as possible places of lobes.
 const HINT_DRAWS: u64 = 16;
 
-/// How often a contradiction between two charts is followed up before the result is called unresolved.
-const ROUNDS: usize = 5;
-/// Disagreement of two charts, in tolerances, that is followed up.
-const AGREEMENT: f64 = 10.0;
-/// Evaluations granted to a second chart beyond those that the first has needed.
-const SECOND_OPINION: u64 = 50_000;
+/// How often a disagreement of all charts is followed up before the result is called unresolved.
+const ROUNDS: usize = 3;
+/// Work that a confirming chart may take, in multiples of what the confirmed one has taken, and at the least.
+const PROPORTION: u64 = 10;
+const LEAST_WORK: u64 = 100_000;
 
 /// Which direction is held fixed while the other runs over the hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,41 +149,52 @@ impl Hemisphere {
     ) -> (Mesh<'a, N>, Integral<[f64; N]>) {
         let mut meshes = [Chart::half(w), Chart::about(mirror(w), w), Chart::upright(w)].map(|c| Mesh::new(c, f));
         self.show_peaks(&mut meshes, hints, w, f);
+        let mut agreement = f64::INFINITY;
         for _ in 0..ROUNDS {
             meshes.sort_by(|a, b| a.error().total_cmp(&b.error()));
-            let [best, second, _] = &mut meshes;
-            let target = self.tol * largest(&best.value()).max(1.0);
+            let [best, second, third] = &mut meshes;
+            let target = 0.25 * self.tol * largest(&best.value()).max(1.0);
             best.refine(target, self.max_evals);
-            if !self.contradicts(best, second, target) {
+            agreement = self.confirm(best, second, target);
+            if agreement <= target {
                 break;
             }
-            // One of the two is blind to something: look everywhere with the one that claims to be sure.
+            let other = self.confirm(best, third, target);
+            agreement = agreement.min(other);
+            if agreement <= target || best.evals() >= self.max_evals {
+                break;
+            }
+            let against = gap(second, third);
+            if against <= target && second.error() <= target {
+                // Two of three: the one that claimed to be best was blind to something.
+                std::mem::swap(best, second);
+                agreement = against;
+                break;
+            }
             best.halve_all(self.max_evals);
         }
 
         let evals = meshes.iter().map(Mesh::evals).sum();
-        let [best, second, _] = meshes;
+        let [best, ..] = meshes;
         let value = best.value();
-        let error = if excluded(&best, &second) { gap(&best, &second) } else { best.error() };
+        let error = best.error() + agreement;
         let resolved = error <= self.tol * largest(&value).max(1.0);
         (best, Integral { value, error, resolved, evals })
     }
 
-    /// Whether a second chart, refined until it can tell, finds a value that the best one's error bound excludes.
-    ///
-    /// Its own bound may stay wide where its coordinates do not fit the lobe; then its value must agree to within
-    /// [`AGREEMENT`] tolerances, or as well as its share of the work allows.
-    fn contradicts<const N: usize>(&self, best: &Mesh<'_, N>, second: &mut Mesh<'_, N>, target: f64) -> bool {
-        let limit = (second.evals() + best.evals() + SECOND_OPINION).min(self.max_evals);
-        let apart = gap(best, second);
-        if apart > AGREEMENT * target {
-            second.refine((0.25 * apart).max(target), limit);
+    /// Refines `other` until its value agrees with that of `best` to `target`, or it is as sure of its own, or its work is
+    /// out of proportion; returns by how much they differ.
+    fn confirm<const N: usize>(&self, best: &Mesh<'_, N>, other: &mut Mesh<'_, N>, target: f64) -> f64 {
+        let limit = (PROPORTION * best.evals() + LEAST_WORK).min(self.max_evals);
+        loop {
+            let apart = gap(best, other);
+            let error = other.error();
+            let hopeless = error.is_nan() || error <= target || other.evals() >= limit;
+            if apart <= target || hopeless {
+                return apart;
+            }
+            other.refine((0.125 * error).max(target), limit);
         }
-        if excluded(best, second) {
-            // An estimate is worth little while a lobe is just coming into sight: let it settle before it contradicts.
-            second.refine(target, limit);
-        }
-        excluded(best, second)
     }
 
     /// Shows every chart the peaks that the others, the hints and the usual directions have.
@@ -214,11 +225,6 @@ impl Hemisphere {
 /// The largest difference between the values of two meshes.
 fn gap<const N: usize>(a: &Mesh<'_, N>, b: &Mesh<'_, N>) -> f64 {
     a.value().iter().zip(b.value()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
-
-/// Whether two meshes differ by more than both their bounds allow: one of them has missed something.
-fn excluded<const N: usize>(a: &Mesh<'_, N>, b: &Mesh<'_, N>) -> bool {
-    gap(a, b) > a.error() + b.error()
 }
 
 fn largest<const N: usize>(values: &[f64; N]) -> f64 {

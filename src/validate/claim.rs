@@ -42,7 +42,7 @@ impl Claim {
     /// Integrates `bsdf.pdf(wo, ·)`.
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3) -> Self {
         let pdf = |wi: DVec3| [bsdf.pdf(wo, wi)];
-        let quadrature = Hemisphere { tol: 1e-6, max_evals: MAX_EVALS };
+        let quadrature = Hemisphere { tol: 4e-6, max_evals: MAX_EVALS };
         let (mut mesh, integral) = quadrature.mesh(wo, &hints(bsdf, wo), &pdf);
         mesh.split_heavier_than(0.5 / FINE_CELLS as f64, MAX_EVALS);
         let leaves = mesh.leaves();
