@@ -151,7 +151,7 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::testing;
+    use crate::bsdf::contract;
     use crate::math::sphere::{direction_mu, mirror, rotate_z};
     use approx::{assert_abs_diff_eq, assert_relative_eq};
 
@@ -165,7 +165,7 @@ mod tests {
         let specular = AshikhminShirley { rd: Rgb::BLACK, ..m };
         for mu in [1.0, 0.5, 0.1, 0.01] {
             let wo = direction_mu(mu, 0.4);
-            let diffuse = testing::hemisphere(wo, 1e-12, |wi| (m.eval(wo, wi) - specular.eval(wo, wi)).0.x * wi.z);
+            let diffuse = contract::hemisphere(wo, 1e-12, |wi| (m.eval(wo, wi) - specular.eval(wo, wi)).0.x * wi.z);
             // Rd (1 − Rs)(1 − (1 − mu/2)^5)
             let exact = 0.8 * 0.75 * (1.0 - (1.0 - mu / 2.0_f64).powi(5));
             // The tolerance of the quadrature itself.
@@ -183,15 +183,15 @@ mod tests {
             (model(4.0, 60.0, 0.1, 0.9), 0.05),
         ] {
             // The grid's error at the horizon's edge.
-            testing::sampler_matches_pdf(&m, direction_mu(mu, 0.6), 2e-4);
+            contract::assert_draws_follow_pdf(&m, direction_mu(mu, 0.6), 2e-4);
         }
     }
 
     #[test]
     fn total_on_edges_for_every_exponent() {
         for (nu, nv) in [(0.0, 0.0), (1e6, 1e6), (1e8, 0.0), (3.0, 1e4)] {
-            testing::total_and_consistent(&model(nu, nv, 0.5, 0.0));
-            testing::total_and_consistent(&model(nu, nv, 0.0, 0.0));
+            contract::assert_total(&model(nu, nv, 0.5, 0.0));
+            contract::assert_total(&model(nu, nv, 0.0, 0.0));
         }
     }
 

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::{Bsdf, Density, Uniforms};
 use crate::integrate::{Hemisphere, Side};
+use crate::math::chart::Chart;
+use crate::math::cubature::Mesh;
 use crate::math::sphere::{direction, direction_mu, mirror};
 use crate::sampling::stream::{stream, uniforms};
 
@@ -76,5 +78,43 @@ pub(super) fn assert_albedo(bsdf: &dyn Bsdf, mus: &[f64], tol: f64) {
         let tol = 2.0 * tol * closed.max_channel().max(1.0);
         let gap = (closed - quadrature.value).0.abs().max_element();
         assert!(gap <= tol, "{bsdf:?} at μ = {mu}: {closed} is off by {gap:e}");
+    }
+}
+
+/// ∫ f(w) dw over the hemisphere to `tol`, in half-vector coordinates about `wo`; panics where `tol` is not reached.
+pub(super) fn hemisphere(wo: DVec3, tol: f64, f: impl Fn(DVec3) -> f64) -> f64 {
+    let integrand = |w| [f(w)];
+    let mut mesh = Mesh::new(Chart::half(wo), &integrand);
+    mesh.refine(tol, 4_000_000);
+    assert!(mesh.error() <= tol, "unresolved at {wo}: {} ± {}", mesh.value()[0], mesh.error());
+    mesh.value()[0]
+}
+
+/// The directional albedo of the first channel to `tol`.
+pub(super) fn albedo(bsdf: &dyn Bsdf, wo: DVec3, tol: f64) -> f64 {
+    hemisphere(wo, tol, |wi| bsdf.eval(wo, wi).0.x * wi.z)
+}
+
+/// Asserts that the sampler draws from `pdf`: for several g, ∫ g(wi) pdf dwi equals the mean of g over well-spread uniforms.
+///
+/// `tol` covers the discrepancy of 2¹⁹ points; the horizon is a jagged edge to them.
+pub(super) fn assert_draws_follow_pdf(bsdf: &dyn Bsdf, wo: DVec3, tol: f64) {
+    const POINTS: usize = 1 << 19;
+    // The Kronecker sequence of the root of g⁴ = g + 1, which is badly approximable in three dimensions.
+    const G: f64 = 1.220_744_084_605_759_5;
+    let tests: [fn(DVec3) -> f64; 4] = [|_| 1.0, |w| w.z, |w| 1.0 + w.x, |w| w.y * w.y + 0.3 * (1.0 + w.x * w.y)];
+    let mut means = [0.0; 4];
+    for i in 0..POINTS {
+        let at = |step: f64| (0.5 + i as f64 * step).fract();
+        let u = Uniforms::new(at(1.0 / G), at(1.0 / (G * G)), at(1.0 / (G * G * G)));
+        if let Some(s) = bsdf.sample(wo, u) {
+            for (mean, g) in means.iter_mut().zip(tests) {
+                *mean += g(s.wi) / POINTS as f64;
+            }
+        }
+    }
+    for (k, (mean, g)) in means.iter().zip(tests).enumerate() {
+        let exact = hemisphere(wo, 0.1 * tol, |wi| g(wi) * bsdf.pdf(wo, wi));
+        assert!((mean - exact).abs() <= tol, "{bsdf:?}, wo {wo}: moment {k} is {mean} sampled, {exact} claimed");
     }
 }

@@ -285,7 +285,7 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::testing;
+    use crate::bsdf::contract;
     use crate::math::sphere::{direction, direction_mu};
     use approx::{assert_abs_diff_eq, assert_relative_eq};
 
@@ -306,7 +306,7 @@ mod tests {
             for (mu, expected) in [0.001, 0.01, 0.1, 0.25, 0.5, 1.0].into_iter().zip(table) {
                 let wo = direction_mu(mu, 0.2);
                 let diffuse = |wi| HalfVector::new(wo, wi).map_or(0.0, |h| disney.diffuse(h, wo.z, wi.z) * wi.z);
-                let found = testing::hemisphere(wo, 1e-8, diffuse);
+                let found = contract::hemisphere(wo, 1e-8, diffuse);
                 assert!((found - expected).abs() < 1e-6, "r {roughness}, mu {mu}: {found}, not {expected}");
             }
         }
@@ -318,7 +318,7 @@ mod tests {
         // ∫ D cosθ dm: with wo = n the half vector of (n, w) runs over the cone of 45 degrees, so m itself is taken as h.
         let at = |m: DVec3| HalfVector { slope: DVec2::new(m.x / m.z, m.y / m.z), cos_h: m.z, cos_d: 1.0 };
         for d in [Disney::specular_d, Disney::clearcoat_d] {
-            let total = testing::hemisphere(DVec3::Z, 1e-9, |m| d(&disney, at(m)) * m.z);
+            let total = contract::hemisphere(DVec3::Z, 1e-9, |m| d(&disney, at(m)) * m.z);
             assert_abs_diff_eq!(total, 1.0, epsilon = 1e-9);
         }
     }
@@ -347,19 +347,19 @@ mod tests {
         for disney in [all, metal, make(|p| p.base_color = Rgb::BLACK)] {
             for mu in [1.0, 0.6, 0.05] {
                 // The discrepancy of the points at the horizon's edge.
-                testing::sampler_matches_pdf(&disney, direction_mu(mu, 0.6), 2e-4);
+                contract::assert_draws_follow_pdf(&disney, direction_mu(mu, 0.6), 2e-4);
             }
         }
     }
 
     #[test]
     fn total_on_edges() {
-        testing::total_and_consistent(&make(|_| ()));
-        testing::total_and_consistent(&make(|p| {
+        contract::assert_total(&make(|_| ()));
+        contract::assert_total(&make(|p| {
             (p.roughness, p.clearcoat, p.sheen, p.subsurface) = (0.0, 1.0, 1.0, 1.0);
         }));
-        testing::total_and_consistent(&make(|p| (p.metallic, p.anisotropic, p.roughness) = (1.0, 1.0, 1.0)));
-        testing::total_and_consistent(&make(|p| (p.base_color, p.specular) = (Rgb::BLACK, 0.0)));
+        contract::assert_total(&make(|p| (p.metallic, p.anisotropic, p.roughness) = (1.0, 1.0, 1.0)));
+        contract::assert_total(&make(|p| (p.base_color, p.specular) = (Rgb::BLACK, 0.0)));
     }
 
     #[test]

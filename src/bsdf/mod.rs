@@ -36,8 +36,6 @@ mod mix;
 mod oren_nayar;
 mod param;
 mod phong;
-#[cfg(test)]
-mod testing;
 mod two_sided;
 mod ward;
 

@@ -37,7 +37,7 @@ pub fn load_fits(path: &Path) -> Result<Vec<Named>, SubjectError> {
 #[allow(clippy::print_stderr, reason = "a test that skips says so")]
 mod tests {
     use super::*;
-    use crate::bsdf::{subject, testing};
+    use crate::bsdf::{contract, subject};
     use crate::math::color::Rgb;
     use crate::math::sphere::direction;
     use glam::DVec3;
@@ -61,7 +61,7 @@ mod tests {
 
     fn max_albedo(model: &dyn Bsdf, degrees: f64) -> f64 {
         let wo = view(degrees);
-        let channel = |c: usize| testing::hemisphere(wo, 1e-4, |wi| model.eval(wo, wi).0[c] * wi.z);
+        let channel = |c: usize| contract::hemisphere(wo, 1e-4, |wi| model.eval(wo, wi).0[c] * wi.z);
         channel(0).max(channel(1)).max(channel(2))
     }
 
@@ -134,7 +134,7 @@ mod tests {
         for name in ["sgd_merl.csv", "abc_merl.csv"] {
             let Some(path) = published(name) else { return };
             for (text, model) in load_fits(&path).unwrap() {
-                testing::total_and_consistent(&model);
+                contract::assert_total(&model);
                 assert!(subject::parse(&text).is_ok(), "{text}");
             }
         }
@@ -161,10 +161,10 @@ mod tests {
             Box::new(Abc::new(0.0, 0.0, 200.0, 1.2, 1.5).unwrap()),
         ];
         for model in models {
-            testing::total_and_consistent(&model);
+            contract::assert_total(&model);
             for theta in [0.0, 0.9, 1.5] {
                 // The discrepancy of the points at the horizon's edge.
-                testing::sampler_matches_pdf(&model, direction(theta, 0.6), 2e-4);
+                contract::assert_draws_follow_pdf(&model, direction(theta, 0.6), 2e-4);
             }
         }
     }

@@ -12,7 +12,7 @@
 use std::f64::consts::FRAC_2_SQRT_PI;
 
 use glam::{DVec2, DVec3};
-use statrs::function::erf::erfc;
+use libm::erfc;
 
 use super::{ALPHA, Microfacet, Normals, Sampling, entry};
 use crate::bsdf::ParamError;

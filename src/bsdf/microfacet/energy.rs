@@ -17,6 +17,7 @@
 //! - Kulla & Conty 2017, SIGGRAPH course (the lobe); Trefethen 2013, Approximation Theory and Practice, ch. 8 (rate)
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
+use std::fmt;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -35,7 +36,6 @@ const GRAZING: f64 = 1e-8;
 const NORMAL: f64 = 0.1;
 
 /// L(μ) of one distribution and masking, tabulated.
-#[derive(Debug)]
 pub(super) struct LossTable {
     mu_0: f64,
     /// ln(μ₀ / (1 + ν)), where μ = 0 and t = 0.
@@ -45,6 +45,12 @@ pub(super) struct LossTable {
     panels: Vec<[f64; DEGREE]>,
     /// 2 ∫ L μ dμ from 0 to the end of each cell of the sampler.
     cumulative: Vec<f64>,
+}
+
+impl fmt::Debug for LossTable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LossTable").field("average", &self.average()).finish_non_exhaustive()
+    }
 }
 
 impl LossTable {
@@ -325,7 +331,6 @@ mod tests {
         let start = std::time::Instant::now();
         let table = LossTable::new(&normals, masking);
         let seconds = start.elapsed().as_secs_f64();
-        eprintln!("{normals:?} {seconds}");
         assert!(seconds < 1.0, "{normals:?} took {seconds} s");
         let bsdf = Microfacet::from_normals(normals).with_masking(masking);
         // Off-node points, from the normal to far below the slope width.

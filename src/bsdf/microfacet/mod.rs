@@ -360,3 +360,6 @@ impl<N: Normals> Bsdf for Microfacet<N> {
         Some(&self.normals)
     }
 }
+
+#[cfg(test)]
+mod tests;

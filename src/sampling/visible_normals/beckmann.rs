@@ -16,7 +16,9 @@
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
 
 use glam::{DVec2, DVec3};
-use statrs::function::erf::{erfc, erfc_inv};
+// statrs has erfc to 1e-11 only, but its inverse to the last digits.
+use libm::erfc;
+use statrs::function::erf::erfc_inv;
 
 use super::{heading, stretch, turn, unstretch};
 
