@@ -246,6 +246,10 @@ fn bad_subjects_are_one_line_and_exit_2() {
         refused(&with("lambert:rho=1/2"), "rho = 1/2 is not allowed");
         refused(&with("lambert:rho"), "has no '='");
         refused(&with(""), "the subject is empty");
+        refused(
+            &with("mix:a=(lambert:rho=5),b=lambert"),
+            "error: mix: in a: lambert: rho = 5 is not allowed; allowed is a number or r/g/b, each in [0, 1]\n",
+        );
         refused(&with("no/such/file.csv"), "no/such/file.csv: no such model or file");
         refused(&with("."), "is a directory");
     }

@@ -102,7 +102,7 @@ fn table(report: &Report, tol: f64, out: &mut dyn Write) -> anyhow::Result<()> {
     }
     write!(out, "{}", table.text(""))?;
     if report.rows.iter().any(|row| !row.resolved) || report.average_resolved == Some(false) {
-        writeln!(out, "UNRESOLVED: the error bound exceeds the tolerance {tol:e}; the value is not certified")?;
+        writeln!(out, "UNRESOLVED: not certified to the tolerance {tol:e}")?;
     }
     Ok(())
 }

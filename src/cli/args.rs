@@ -116,7 +116,7 @@ pub(super) struct AlbedoArgs {
     /// Also the cosine-weighted average over the hemisphere of fixed directions
     #[arg(long)]
     pub(super) average: bool,
-    /// Absolute error that is asked for
+    /// Largest error that is asked for: absolute below a value of 1, relative above
     #[arg(long, value_name = "T", value_parser = positive, default_value = "1e-6", allow_hyphen_values = true)]
     pub(super) tol: f64,
     /// Form of the output

@@ -50,7 +50,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitCode {
             }
             Some(usage) => complain(&one_line_of_usage(usage)),
             None if is_closed_pipe(&error) => ExitCode::SUCCESS,
-            None => complain(&format!("{error:#}")),
+            None => complain(&whole_chain(&error)),
         },
     }
 }
@@ -70,6 +70,15 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
     // A verdict stands, whether or not anyone still reads the text.
     ignore_closed_pipe(out.flush())?;
     Ok(status)
+}
+
+/// The error with its causes, leaving out those that it has quoted already.
+fn whole_chain(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| match text.as_str() {
+        "" => cause,
+        said if said.contains(&cause) => text,
+        said => format!("{said}: {cause}"),
+    })
 }
 
 /// Prints one line on standard error.

@@ -5,6 +5,7 @@ use std::io::Write;
 use rayon::prelude::*;
 
 use super::Status;
+use super::validate::progress_bar;
 use crate::report::table::{Align, Table};
 use crate::validate::broken::{Twin, twins};
 use crate::validate::{Outcome, Sheet, Suite};
@@ -46,7 +47,9 @@ impl Trial {
 
 pub(super) fn run(out: &mut dyn Write) -> anyhow::Result<Status> {
     // Each trial has its own seeds, and `collect` keeps the order: the table does not depend on the threads.
-    let trials: Vec<Trial> = twins().par_iter().map(Trial::of).collect();
+    let bar = progress_bar(twins().len(), "twins");
+    let trials: Vec<Trial> = twins().par_iter().map(Trial::of).inspect(|_| bar.inc(1)).collect();
+    bar.finish_and_clear();
     let mut table = Table::new(&["broken twin", "rejected by", "expected", "verdict"].map(|head| (head, Align::Left)));
     for trial in &trials {
         let rejected = if trial.rejected_by.is_empty() { "-".into() } else { trial.rejected_by.join(" ") };

@@ -21,7 +21,7 @@ pub(super) fn run(job: Validate, out: &mut dyn Write, terminal: bool) -> anyhow:
     // Standard output carries either the sheets for reading or the JSON, never both.
     let readable = !matches!(job.json, Some(Sink::Stdout));
     let many = job.subjects.len() > 1;
-    let bar = progress_bar(job.subjects.len() * checks_per_sheet(&job.suite.only));
+    let bar = progress_bar(job.subjects.len() * checks_per_sheet(&job.suite.only), "checks");
     let judged = judge(job.subjects, &job.suite, &bar, |one| {
         let shown = if many { text::brief(one, style) } else { text::sheet(one, style) };
         if readable { bar.suspend(|| print(out, &shown)) } else { Ok(()) }
@@ -110,9 +110,9 @@ fn checks_per_sheet(only: &[&str]) -> usize {
 }
 
 /// A bar on standard error, which draws nothing where that is not a terminal.
-fn progress_bar(steps: usize) -> ProgressBar {
+pub(super) fn progress_bar(steps: usize, unit: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
-    match ProgressStyle::with_template("{bar:30} {pos}/{len} checks, {elapsed}  {wide_msg}") {
+    match ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{elapsed}}  {{wide_msg}}")) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }
