@@ -27,7 +27,7 @@ const SUBJECTS: &[&str] = &[
 fn draws() -> Vec<(DVec3, Uniforms)> {
     let mut rng = stream(1, 0, 0);
     let mut draw = || {
-        let wo = direction_mu(0.02 + 0.98 * uniform(&mut rng), 6.28 * uniform(&mut rng));
+        let wo = direction_mu(0.02 + 0.98 * uniform(&mut rng), std::f64::consts::TAU * uniform(&mut rng));
         (wo, uniforms(&mut rng))
     };
     (0..DRAWS).map(|_| draw()).collect()
