@@ -225,7 +225,8 @@ impl<N: Normals> Microfacet<N> {
     }
 
     /// The mirror image of `wo` in a normal drawn for the specular lobe; it may lie below the horizon.
-    #[inline]
+    #[allow(clippy::inline_always, reason = "as for the sampling of GGX itself")]
+    #[inline(always)]
     fn draw(&self, wo: DVec3, u: DVec2) -> DVec3 {
         let m = self.normals.sample(self.sampling, wo, u);
         m * (2.0 * wo.dot(m) / m.length_squared()) - wo
@@ -253,6 +254,16 @@ impl<N: Normals> Microfacet<N> {
     #[inline]
     fn reflectance(&self, h: DVec3) -> Rgb {
         self.fresnel.map_or(Rgb::WHITE, |fresnel| fresnel.eval(0.5 * h.length()))
+    }
+
+    /// Draws from the mixture of the specular lobe and that of compensation. Out of line: the model without compensation
+    /// does not pay for it.
+    #[inline(never)]
+    fn sample_compensated(&self, compensator: &Compensator, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
+        let share = compensator.share(wo.z, compensator.losses.loss(wo.z), self.fresnel.as_ref());
+        let (lobe, ..) = pick(&[1.0 - share, share], u.lobe)?;
+        let wi = if lobe == 0 { self.draw(wo, u.dir) } else { compensator.losses.sample(u.dir) };
+        BsdfSample::new(wi, self.eval(wo, wi), self.pdf(wo, wi))
     }
 
     /// What f and the density of the specular lobe are made of. For directions above the horizon.
@@ -365,10 +376,7 @@ impl<N: Normals> Bsdf for Microfacet<N> {
             return None;
         }
         if let Some(compensator) = &self.compensator {
-            let share = compensator.share(wo.z, compensator.losses.loss(wo.z), self.fresnel.as_ref());
-            let (lobe, ..) = pick(&[1.0 - share, share], u.lobe)?;
-            let wi = if lobe == 0 { self.draw(wo, u.dir) } else { compensator.losses.sample(u.dir) };
-            return BsdfSample::new(wi, self.eval(wo, wi), self.pdf(wo, wi));
+            return self.sample_compensated(compensator, wo, u);
         }
         let wi = self.draw(wo, u.dir);
         if !above(wo, wi) {

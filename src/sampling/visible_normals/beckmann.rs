@@ -13,7 +13,7 @@
 //! - Beckmann & Spizzichino 1963; Walter et al. 2007, EGSR (D as a distribution of microfacet normals)
 //! - Heitz & d'Eon 2014, EGSR: importance sampling microfacet-based BSDFs using the distribution of visible normals
 
-use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI};
 
 use glam::{DVec2, DVec3};
 // statrs has erfc to 1e-11 only, but its inverse to the last digits.
@@ -21,6 +21,7 @@ use libm::erfc;
 use statrs::function::erf::erfc_inv;
 
 use super::{Stretched, turn, unit, unstretch};
+use crate::math::special::sin_cos_turns;
 
 /// 1 / (2 √π)
 const HALF_FRAC_1_SQRT_PI: f64 = 0.25 * FRAC_2_SQRT_PI;
@@ -66,7 +67,7 @@ pub fn beckmann_normal(alpha: DVec2, u: DVec2) -> DVec3 {
 
 /// [`beckmann_normal`], not of unit length.
 pub(crate) fn normal(alpha: DVec2, u: DVec2) -> DVec3 {
-    let (sin, cos) = (TAU * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     let tan = (-(-u.x).ln_1p()).sqrt();
     unstretch(DVec3::new(tan * cos, tan * sin, 1.0), alpha)
 }

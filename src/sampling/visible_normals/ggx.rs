@@ -9,11 +9,12 @@
 //! - Walter et al. 2007, EGSR (the distribution); Heitz 2018, JCGT 7(4) (visible normals by half disks)
 //! - Dupuy & Benyoub 2023, Computer Graphics Forum 42(8) (visible normals by spherical caps)
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
 use super::{Stretched, turn, unit, unstretch};
+use crate::math::special::sin_cos_turns;
 
 /// D(m) of GGX [1/sr], for `m` of any positive length (only its direction counts). 0 for m.z ≤ 0.
 ///
@@ -44,7 +45,7 @@ pub fn ggx_normal(alpha: DVec2, u: DVec2) -> DVec3 {
 /// [`ggx_normal`], not of unit length.
 #[inline]
 pub(crate) fn normal(alpha: DVec2, u: DVec2) -> DVec3 {
-    let (sin, cos) = (TAU * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     // The square root of 1 − u.x belongs to z: tan²θ = u.x / (1 − u.x) in the stretched space.
     let r = u.x.sqrt();
     unstretch(DVec3::new(r * cos, r * sin, (1.0 - u.x).sqrt()), alpha)
@@ -73,10 +74,11 @@ pub fn ggx_visible(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
 #[inline]
 pub(crate) fn visible(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
     let Stretched { v, rise, azimuth } = Stretched::new(wo, alpha);
-    let (sin, cos) = (TAU * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     let r = u.x.sqrt();
     let (t1, y) = (r * cos, r * sin);
-    let q = (1.0 - t1 * t1).sqrt();
+    // √(1 − t1²), without waiting for r.
+    let q = (1.0 - u.x * (cos * cos)).sqrt();
     let s = 0.5 * (1.0 + v.z);
     let t2 = (1.0 - s) * q + s * y;
     // √(q² − t2²), factored so that nothing cancels at the rim.
@@ -115,7 +117,7 @@ pub fn ggx_caps(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
 pub(crate) fn caps(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
     let v = DVec3::new(alpha.x * wo.x, alpha.y * wo.y, wo.z);
     let v = v * (1.0 / v.length());
-    let (sin, cos) = (TAU * u.x).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.x);
     // The mirror direction c has c.z = 1 − h with h = u.y (1 + v.z), hence sin² = h (2 − h), and c.z + v.z without the
     // cancellation next to −v.z.
     let k = 1.0 + v.z;

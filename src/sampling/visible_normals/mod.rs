@@ -44,9 +44,7 @@ impl Stretched {
         if r2 < f64::MIN_POSITIVE {
             return Self { v: DVec3::new(0.0, 0.0, w.z / length), rise: 0.0, azimuth: DVec2::X };
         }
-        // One division for both scales.
-        let inverse = 1.0 / (r * length);
-        let (per_r, per_length) = (length * inverse, r * inverse);
+        let (per_r, per_length) = (1.0 / r, 1.0 / length);
         Self { v: DVec3::new(x, y, w.z) * per_length, rise: r * per_length, azimuth: DVec2::new(x, y) * per_r }
     }
 }
