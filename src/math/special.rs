@@ -3,7 +3,7 @@
 //! General-purpose libraries take these from differences of ln Γ, which lose log10(n) + 1 digits; here large
 //! arguments have a series of their own.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// From this exponent on the series of [`wallis`] is exact to 5e-17.
 const WALLIS_SERIES_FROM: f64 = 30.0;
@@ -99,6 +99,31 @@ fn continued_fraction(a: f64, x: f64, y: f64) -> f64 {
     1.0 / fraction
 }
 
+/// (sin 2πt, cos 2πt) for `t` in [0, 1], to 2e-16 absolute.
+///
+/// Turns, not radians: the reduction to an eighth of a turn is then exact, which makes it several times cheaper than
+/// the general functions. The rest is Taylor's series up to x¹⁵ and x¹⁶; the next terms are below 5e-17.
+#[inline]
+pub fn sin_cos_turns(t: f64) -> (f64, f64) {
+    let quarter = (4.0 * t + 0.5) as i64;
+    let x = TAU * (t - 0.25 * quarter as f64);
+    let y = x * x;
+    let y2 = y * y;
+    let y4 = y2 * y2;
+    // Estrin's scheme: short chains of dependent products.
+    let sin = (-1.0 / 6.0 + y * (1.0 / 120.0))
+        + y2 * (-1.0 / 5040.0 + y * (1.0 / 362_880.0))
+        + y4 * ((-1.0 / 39_916_800.0 + y * (1.0 / 6_227_020_800.0)) - y2 * (1.0 / 1_307_674_368_000.0));
+    let cos = (1.0 / 24.0 - y * (1.0 / 720.0))
+        + y2 * (1.0 / 40_320.0 - y * (1.0 / 3_628_800.0))
+        + y4 * ((1.0 / 479_001_600.0 - y * (1.0 / 87_178_291_200.0)) + y2 * (1.0 / 20_922_789_888_000.0));
+    let (sin, cos) = (x + x * y * sin, (1.0 - 0.5 * y) + y2 * cos);
+    let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, sin) };
+    // Bit 1 of the quarter is the sign of the sine, that of the next quarter the sign of the cosine; no branch.
+    let signed = |value: f64, turn: i64| f64::from_bits(value.to_bits() ^ ((turn as u64 & 2) << 62));
+    (signed(sin, quarter), signed(cos, quarter + 1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,5 +208,21 @@ mod tests {
             // Differences of numbers ≤ 1, each good to some 1e-13 where it is not small.
             prop_assert!(error.abs() <= 1e-12, "a = {a}, c = {c}: {error:e}");
         }
+    }
+
+    #[test]
+    fn sines_of_turns_are_those_of_radians() {
+        for i in 0..=100_000 {
+            let t = f64::from(i) / 100_000.0;
+            let (sin, cos) = sin_cos_turns(t);
+            // The comparison itself rounds 2πt, by up to 4.5e-16.
+            assert!((sin - (TAU * t).sin()).abs() < 7e-16 && (cos - (TAU * t).cos()).abs() < 7e-16, "{t}: {sin} {cos}");
+            assert!((sin * sin + cos * cos - 1.0).abs() < 5e-16);
+        }
+        // Quarters of a turn are exact, which no multiple of the rounded π is.
+        assert_eq!(
+            [0.0, 0.25, 0.5, 0.75, 1.0].map(sin_cos_turns),
+            [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0)]
+        );
     }
 }

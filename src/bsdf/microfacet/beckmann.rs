@@ -17,7 +17,7 @@ use libm::erfc;
 use super::{ALPHA, Microfacet, Normals, Sampling, entry};
 use crate::bsdf::ParamError;
 use crate::bsdf::catalog::{Entry, Example};
-use crate::sampling::visible_normals::{beckmann, beckmann_normal, beckmann_visible};
+use crate::sampling::visible_normals::beckmann;
 
 const MODEL: &str = "beckmann";
 
@@ -66,14 +66,14 @@ impl Normals for BeckmannNormals {
     }
 
     fn sample_all(&self, u: DVec2) -> DVec3 {
-        beckmann_normal(self.alpha, u)
+        beckmann::normal(self.alpha, u)
     }
 
     #[inline]
     fn sample(&self, by: Sampling, wo: DVec3, u: DVec2) -> DVec3 {
         match by {
-            Sampling::Visible | Sampling::Caps => beckmann_visible(wo, self.alpha, u),
-            Sampling::Ndf => beckmann_normal(self.alpha, u),
+            Sampling::Visible | Sampling::Caps => beckmann::visible(wo, self.alpha, u),
+            Sampling::Ndf => beckmann::normal(self.alpha, u),
         }
     }
 

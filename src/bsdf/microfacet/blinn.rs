@@ -20,7 +20,7 @@ use super::{Microfacet, Normals, entry};
 use crate::bsdf::catalog::{Entry, Example};
 use crate::bsdf::subject::ParamSpec;
 use crate::bsdf::{Domain, ParamError};
-use crate::math::special::{inc_beta_half, wallis};
+use crate::math::special::{inc_beta_half, sin_cos_turns, wallis};
 
 const MODEL: &str = "blinn";
 /// Below 1e-3 the lobe is uniform to a thousandth, above 1e7 it is narrower than any α of the other models.
@@ -68,7 +68,7 @@ impl Normals for BlinnNormals {
     }
 
     fn sample_all(&self, u: DVec2) -> DVec3 {
-        let (sin, cos) = (TAU * u.y).sin_cos();
+        let (sin, cos) = sin_cos_turns(u.y);
         // cosθ = (1 − u)^(1/(n+2)), and tan²θ = 1/cos²θ − 1 without its cancellation.
         let log_cos = (-u.x).ln_1p() / (self.n + 2.0);
         let (z, tan) = (log_cos.exp(), (-2.0 * log_cos).exp_m1().sqrt());

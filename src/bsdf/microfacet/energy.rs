@@ -16,7 +16,7 @@
 //! # References
 //! - Kulla & Conty 2017, SIGGRAPH course (the lobe); Trefethen 2013, Approximation Theory and Practice, ch. 8 (rate)
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::fmt;
 
 use glam::{DVec2, DVec3};
@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::{Masking, Microfacet, Normals};
 use crate::math::quadrature::PAIR;
+use crate::math::special::sin_cos_turns;
 
 /// Coefficients per panel, at most `PANEL` wide in t: singularities are about π/2 away, so that the error is below 1e-8.
 const DEGREE: usize = 12;
@@ -149,7 +150,7 @@ impl LossTable {
             }
         }
         let mu = self.mu(t).clamp(0.0, 1.0);
-        let (sin_phi, cos_phi) = (TAU * u.y).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(u.y);
         let r = ((1.0 - mu) * (1.0 + mu)).sqrt();
         DVec3::new(r * cos_phi, r * sin_phi, mu)
     }
@@ -232,7 +233,7 @@ mod tests {
     use crate::math::cubature::Mesh;
     use crate::math::quadrature::adaptive;
     use crate::math::sphere::direction_mu;
-    use std::f64::consts::LN_2;
+    use std::f64::consts::{LN_2, TAU};
 
     fn ggx(alpha: f64) -> GgxNormals {
         GgxNormals::new(alpha, alpha).unwrap()

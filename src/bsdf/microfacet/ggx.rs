@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use super::{ALPHA, Microfacet, Normals, Sampling, entry};
 use crate::bsdf::ParamError;
 use crate::bsdf::catalog::{Entry, Example};
-use crate::sampling::visible_normals::{ggx, ggx_caps, ggx_normal, ggx_visible};
+use crate::sampling::visible_normals::ggx;
 
 const MODEL: &str = "ggx";
 
@@ -50,15 +50,19 @@ impl Normals for GgxNormals {
     }
 
     fn sample_all(&self, u: DVec2) -> DVec3 {
-        ggx_normal(self.alpha, u)
+        ggx::normal(self.alpha, u)
     }
 
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "a third of the time of a draw by caps: σ(wo) is shared, and no vector passes through memory"
+    )]
+    #[inline(always)]
     fn sample(&self, by: Sampling, wo: DVec3, u: DVec2) -> DVec3 {
         match by {
-            Sampling::Visible => ggx_visible(wo, self.alpha, u),
-            Sampling::Caps => ggx_caps(wo, self.alpha, u),
-            Sampling::Ndf => ggx_normal(self.alpha, u),
+            Sampling::Visible => ggx::visible(wo, self.alpha, u),
+            Sampling::Caps => ggx::caps(wo, self.alpha, u),
+            Sampling::Ndf => ggx::normal(self.alpha, u),
         }
     }
 

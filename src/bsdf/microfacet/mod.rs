@@ -24,9 +24,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::{Bsdf, BsdfSample, Domain, Fresnel, ParamError, Uniforms};
+use super::{Bsdf, BsdfSample, Density, Domain, Fresnel, ParamError, Uniforms};
 use crate::math::color::Rgb;
-use crate::math::sphere::reflect;
 use crate::sampling::discrete::pick;
 
 mod beckmann;
@@ -75,10 +74,10 @@ pub trait Normals: fmt::Debug + Send + Sync {
         w.z * (1.0 + self.lambda(w))
     }
 
-    /// Draws a normal with density D(m) m.z.
+    /// Draws a normal, of any positive length, with density D(m) m.z.
     fn sample_all(&self, u: DVec2) -> DVec3;
 
-    /// Draws a normal by one of the methods in [`samplings`](Self::samplings): with density D(m) m.z by
+    /// Draws a normal, of any positive length, by one of the methods in [`samplings`](Self::samplings): with density D(m) m.z by
     /// [`Sampling::Ndf`], else D(m) max(wo·m, 0) / σ(wo).
     fn sample(&self, by: Sampling, wo: DVec3, u: DVec2) -> DVec3 {
         let _ = (by, wo);
@@ -226,9 +225,11 @@ impl<N: Normals> Microfacet<N> {
     }
 
     /// The mirror image of `wo` in a normal drawn for the specular lobe; it may lie below the horizon.
-    #[inline]
+    #[allow(clippy::inline_always, reason = "as for the sampling of GGX itself")]
+    #[inline(always)]
     fn draw(&self, wo: DVec3, u: DVec2) -> DVec3 {
-        reflect(wo, self.normals.sample(self.sampling, wo, u))
+        let m = self.normals.sample(self.sampling, wo, u);
+        m * (2.0 * wo.dot(m) / m.length_squared()) - wo
     }
 
     /// G2(wo, wi) / (4 wo.z wi.z) [1/sr].
@@ -240,36 +241,60 @@ impl<N: Normals> Microfacet<N> {
         }
     }
 
-    /// The density of `wi` of the specular lobe, from D(h), the projected area of `wo`, and h = wo + wi.
+    /// D(h) over the density of `wi` of the specular lobe, from the projected area of `wo` and h = wo + wi.
     #[inline]
-    fn specular_pdf(&self, d: f64, area_o: f64, h: DVec3) -> f64 {
-        if d <= 0.0 {
-            return 0.0;
-        }
+    fn d_per_pdf(&self, area_o: f64, h: DVec3) -> f64 {
         match self.sampling {
-            Sampling::Visible | Sampling::Caps => 0.25 * d / area_o,
-            Sampling::Ndf => 0.5 * d * h.z / h.length_squared(),
+            Sampling::Visible | Sampling::Caps => 4.0 * area_o,
+            Sampling::Ndf => 2.0 * h.length_squared() / h.z,
         }
     }
 
-    /// f and density together: they share D and σ(wo). For directions above the horizon.
+    /// F at half the angle between two directions, from their sum h: |h| is twice the cosine.
     #[inline]
-    fn evaluate(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+    fn reflectance(&self, h: DVec3) -> Rgb {
+        self.fresnel.map_or(Rgb::WHITE, |fresnel| fresnel.eval(0.5 * h.length()))
+    }
+
+    /// Draws from the mixture of the specular lobe and that of compensation. Out of line: the model without compensation
+    /// does not pay for it.
+    #[inline(never)]
+    fn sample_compensated(&self, compensator: &Compensator, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
+        let share = compensator.share(wo.z, compensator.losses.loss(wo.z), self.fresnel.as_ref());
+        let (lobe, ..) = pick(&[1.0 - share, share], u.lobe)?;
+        let wi = if lobe == 0 { self.draw(wo, u.dir) } else { compensator.losses.sample(u.dir) };
+        BsdfSample::new(wi, self.eval(wo, wi), self.pdf(wo, wi))
+    }
+
+    /// What f and the density of the specular lobe are made of. For directions above the horizon.
+    #[inline]
+    fn terms(&self, wo: DVec3, wi: DVec3) -> Terms {
         let h = wo + wi;
-        let d = self.normals.d(h);
         let (area_o, area_i) = (self.normals.projected_area(wo), self.normals.projected_area(wi));
-        // The bound is met only where both cosines are below 1e-290; then the product overflows.
-        let single = (d * Self::visibility(self.masking, area_o, area_i, wo, wi)).min(f64::MAX);
-        let single = if single > 0.0 { single } else { 0.0 };
-        let f = match &self.fresnel {
-            None => Rgb::grey(single),
-            Some(fresnel) => fresnel.eval(0.5 * h.length()) * single,
-        };
-        let pdf = self.specular_pdf(d, area_o, h);
-        match &self.compensator {
-            None => (f, pdf),
-            Some(compensator) => compensator.apply(wo.z, wi.z, f, pdf, self.fresnel.as_ref()),
-        }
+        let visibility = Self::visibility(self.masking, area_o, area_i, wo, wi);
+        Terms { h, d: self.normals.d(h), visibility, d_per_pdf: self.d_per_pdf(area_o, h) }
+    }
+}
+
+/// f = F(h) · d · visibility, and the density d / d_per_pdf, of the specular lobe.
+#[derive(Clone, Copy, Debug)]
+struct Terms {
+    h: DVec3,
+    d: f64,
+    visibility: f64,
+    d_per_pdf: f64,
+}
+
+impl Terms {
+    #[inline]
+    fn single(&self) -> f64 {
+        // The product overflows only where both cosines are below 1e-290; there d may also be 0, and the product NaN.
+        if self.d > 0.0 { (self.d * self.visibility).min(f64::MAX) } else { 0.0 }
+    }
+
+    #[inline]
+    fn pdf(&self) -> f64 {
+        if self.d > 0.0 { self.d / self.d_per_pdf } else { 0.0 }
     }
 }
 
@@ -298,33 +323,50 @@ impl Compensator {
         if multiple > 0.0 { multiple / (multiple + single) } else { 0.0 }
     }
 
-    /// f and density of the whole model from those of the specular lobe.
-    fn apply(&self, mu_o: f64, mu_i: f64, f: Rgb, pdf: f64, fresnel: Option<&Fresnel>) -> (Rgb, f64) {
+    /// f of the whole model from that of the specular lobe.
+    fn f(&self, mu_o: f64, mu_i: f64, f: Rgb) -> Rgb {
         let loss_o = self.losses.loss(mu_o);
-        if self.kind == Compensation::Turquin {
-            return (f * (Rgb::WHITE + self.factor * (loss_o / (1.0 - loss_o))), pdf);
+        match self.kind {
+            Compensation::Turquin => f * (Rgb::WHITE + self.factor * (loss_o / (1.0 - loss_o))),
+            _ => f + self.factor * (loss_o * self.losses.loss(mu_i)),
         }
-        let loss_i = self.losses.loss(mu_i);
-        let share = self.share(mu_o, loss_o, fresnel);
-        (f + self.factor * (loss_o * loss_i), (1.0 - share) * pdf + share * self.losses.pdf(mu_i, loss_i))
+    }
+
+    /// Density of the whole model from that of the specular lobe.
+    fn pdf(&self, mu_o: f64, mu_i: f64, pdf: f64, fresnel: Option<&Fresnel>) -> f64 {
+        if self.kind == Compensation::Turquin {
+            return pdf;
+        }
+        let share = self.share(mu_o, self.losses.loss(mu_o), fresnel);
+        (1.0 - share) * pdf + share * self.losses.pdf(mu_i, self.losses.loss(mu_i))
     }
 }
 
 impl<N: Normals> Bsdf for Microfacet<N> {
     #[inline]
     fn eval(&self, wo: DVec3, wi: DVec3) -> Rgb {
-        if above(wo, wi) { self.evaluate(wo, wi).0 } else { Rgb::BLACK }
+        if !above(wo, wi) {
+            return Rgb::BLACK;
+        }
+        let terms = self.terms(wo, wi);
+        let f = self.reflectance(terms.h) * terms.single();
+        match &self.compensator {
+            None => f,
+            Some(compensator) => compensator.f(wo.z, wi.z, f),
+        }
     }
 
     #[inline]
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         if !above(wo, wi) {
-            0.0
-        } else if self.compensator.is_some() {
-            self.evaluate(wo, wi).1
-        } else {
-            let h = wo + wi;
-            self.specular_pdf(self.normals.d(h), self.normals.projected_area(wo), h)
+            return 0.0;
+        }
+        let h = wo + wi;
+        let d = self.normals.d(h);
+        let pdf = if d > 0.0 { d / self.d_per_pdf(self.normals.projected_area(wo), h) } else { 0.0 };
+        match &self.compensator {
+            None => pdf,
+            Some(compensator) => compensator.pdf(wo.z, wi.z, pdf, self.fresnel.as_ref()),
         }
     }
 
@@ -333,22 +375,18 @@ impl<N: Normals> Bsdf for Microfacet<N> {
         if !above(wo, wo) {
             return None;
         }
-        let wi = match &self.compensator {
-            None => self.draw(wo, u.dir),
-            Some(compensator) => {
-                let loss = compensator.losses.loss(wo.z);
-                let share = compensator.share(wo.z, loss, self.fresnel.as_ref());
-                match pick(&[1.0 - share, share], u.lobe)? {
-                    (0, ..) => self.draw(wo, u.dir),
-                    _ => compensator.losses.sample(u.dir),
-                }
-            }
-        };
+        if let Some(compensator) = &self.compensator {
+            return self.sample_compensated(compensator, wo, u);
+        }
+        let wi = self.draw(wo, u.dir);
         if !above(wo, wi) {
             return None;
         }
-        let (f, pdf) = self.evaluate(wo, wi);
-        BsdfSample::new(wi, f, pdf)
+        let terms = self.terms(wo, wi);
+        let pdf = terms.pdf();
+        // f cosθ / density, without D: it cancels.
+        let weight = self.reflectance(terms.h) * (terms.visibility * terms.d_per_pdf * wi.z);
+        (pdf > 0.0).then_some(BsdfSample { wi, weight, density: Density::SolidAngle(pdf) })
     }
 
     /// True for facets of F = 1 with compensation.

@@ -13,14 +13,15 @@
 //! - Beckmann & Spizzichino 1963; Walter et al. 2007, EGSR (D as a distribution of microfacet normals)
 //! - Heitz & d'Eon 2014, EGSR: importance sampling microfacet-based BSDFs using the distribution of visible normals
 
-use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI};
 
 use glam::{DVec2, DVec3};
 // statrs has erfc to 1e-11 only, but its inverse to the last digits.
 use libm::erfc;
 use statrs::function::erf::erfc_inv;
 
-use super::{heading, stretch, turn, unstretch};
+use super::{Stretched, turn, unit, unstretch};
+use crate::math::special::sin_cos_turns;
 
 /// 1 / (2 √π)
 const HALF_FRAC_1_SQRT_PI: f64 = 0.25 * FRAC_2_SQRT_PI;
@@ -61,7 +62,12 @@ fn cumulative(c: f64, s: f64, x: f64) -> f64 {
 
 /// Maps the unit square to normals so that p(m) = D(m) m.z. `u` in [0, 1)²; `u.x` = 0 is the surface's own normal.
 pub fn beckmann_normal(alpha: DVec2, u: DVec2) -> DVec3 {
-    let (sin, cos) = (TAU * u.y).sin_cos();
+    unit(normal(alpha, u))
+}
+
+/// [`beckmann_normal`], not of unit length.
+pub(crate) fn normal(alpha: DVec2, u: DVec2) -> DVec3 {
+    let (sin, cos) = sin_cos_turns(u.y);
     let tan = (-(-u.x).ln_1p()).sqrt();
     unstretch(DVec3::new(tan * cos, tan * sin, 1.0), alpha)
 }
@@ -80,8 +86,12 @@ pub fn beckmann_normal_inv(alpha: DVec2, m: DVec3) -> DVec2 {
 /// Maps the unit square to the normals that `wo` sees. `u` in [0, 1)²: `u.x` gives the slope along the view, the
 /// steepest facets towards `wo` first, and `u.y` the slope across it.
 pub fn beckmann_visible(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
-    let v = stretch(wo, alpha);
-    let (s, azimuth) = heading(v);
+    unit(visible(wo, alpha, u))
+}
+
+/// [`beckmann_visible`], not of unit length.
+pub(crate) fn visible(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
+    let Stretched { v, rise: s, azimuth } = Stretched::new(wo, alpha);
     let along = slope_along(v.z, s, u.x);
     let across = gaussian_slope(u.y);
     // The facet with slopes (x, y) has the normal (−x, −y, 1).
@@ -97,8 +107,7 @@ pub fn beckmann_visible_pdf(wo: DVec3, alpha: DVec2, m: DVec3) -> f64 {
 
 /// The `u` that [`beckmann_visible`] maps to `m`.
 pub fn beckmann_visible_inv(wo: DVec3, alpha: DVec2, m: DVec3) -> DVec2 {
-    let v = stretch(wo, alpha);
-    let (s, azimuth) = heading(v);
+    let Stretched { v, rise: s, azimuth } = Stretched::new(wo, alpha);
     let (x, y) = (-m.x / (alpha.x * m.z), -m.y / (alpha.y * m.z));
     let (along, across) = (azimuth.x * x + azimuth.y * y, azimuth.x * y - azimuth.y * x);
     let u_x = cumulative(v.z, s, along) / cumulative(v.z, s, f64::INFINITY);

@@ -9,22 +9,25 @@
 //! - Walter et al. 2007, EGSR (the distribution); Heitz 2018, JCGT 7(4) (visible normals by half disks)
 //! - Dupuy & Benyoub 2023, Computer Graphics Forum 42(8) (visible normals by spherical caps)
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{heading, stretch, turn, unstretch};
+use super::{Stretched, turn, unit, unstretch};
+use crate::math::special::sin_cos_turns;
 
 /// D(m) of GGX [1/sr], for `m` of any positive length (only its direction counts). 0 for m.z ≤ 0.
 ///
 /// From components, not from 1 − cos²θ: full relative precision at α = 1e-4.
 #[inline]
 pub(crate) fn density(alpha: DVec2, m: DVec3) -> f64 {
-    let (x, y, z2) = (m.x / alpha.x, m.y / alpha.y, m.z * m.z);
-    let q = x * x + y * y + z2;
-    let ratio = (m.x * m.x + m.y * m.y + z2) / q;
+    // Everything times (αx αy)²: one division is enough.
+    let area = alpha.x * alpha.y;
+    let (x, y, z2) = (m.x * alpha.y, m.y * alpha.x, m.z * m.z);
+    let q = x * x + y * y + z2 * (area * area);
+    let length2 = m.x * m.x + m.y * m.y + z2;
     // The second condition holds but for directions so short that their squares underflow.
-    if m.z > 0.0 && q > 0.0 { ratio * ratio * FRAC_1_PI / (alpha.x * alpha.y) } else { 0.0 }
+    if m.z > 0.0 && q > 1e-150 { length2 * length2 * (area * area * area * FRAC_1_PI) / (q * q) } else { 0.0 }
 }
 
 /// σ(w), the projected area of the microsurface per area of the surface.
@@ -36,7 +39,13 @@ pub(crate) fn projected_area(alpha: DVec2, w: DVec3) -> f64 {
 
 /// Maps the unit square to normals so that p(m) = D(m) m.z. `u` in [0, 1)²; `u.x` = 0 is the surface's own normal.
 pub fn ggx_normal(alpha: DVec2, u: DVec2) -> DVec3 {
-    let (sin, cos) = (TAU * u.y).sin_cos();
+    unit(normal(alpha, u))
+}
+
+/// [`ggx_normal`], not of unit length.
+#[inline]
+pub(crate) fn normal(alpha: DVec2, u: DVec2) -> DVec3 {
+    let (sin, cos) = sin_cos_turns(u.y);
     // The square root of 1 − u.x belongs to z: tan²θ = u.x / (1 − u.x) in the stretched space.
     let r = u.x.sqrt();
     unstretch(DVec3::new(r * cos, r * sin, (1.0 - u.x).sqrt()), alpha)
@@ -58,25 +67,26 @@ pub fn ggx_normal_inv(alpha: DVec2, m: DVec3) -> DVec2 {
 ///
 /// `u.x` = 0 is the normal that faces `wo` in the stretched space.
 pub fn ggx_visible(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
-    unstretch(visible_stretched(wo, alpha, u), alpha)
+    unit(visible(wo, alpha, u))
 }
 
-/// [`ggx_visible`] before it is stretched back: a unit vector.
+/// [`ggx_visible`], not of unit length.
 #[inline]
-fn visible_stretched(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
-    let v = stretch(wo, alpha);
-    let (rise, azimuth) = heading(v);
-    let (sin, cos) = (TAU * u.y).sin_cos();
+pub(crate) fn visible(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
+    let Stretched { v, rise, azimuth } = Stretched::new(wo, alpha);
+    let (sin, cos) = sin_cos_turns(u.y);
     let r = u.x.sqrt();
     let (t1, y) = (r * cos, r * sin);
-    let q = (1.0 - t1 * t1).sqrt();
+    // √(1 − t1²), without waiting for r.
+    let q = (1.0 - u.x * (cos * cos)).sqrt();
     let s = 0.5 * (1.0 + v.z);
     let t2 = (1.0 - s) * q + s * y;
     // √(q² − t2²), factored so that nothing cancels at the rim.
     let depth = (s * (q - y) * ((2.0 - s) * q + s * y)).max(0.0).sqrt();
     // The basis of the disk: (−sinφ, cosφ, 0) and its cross product with v, which ascends.
     let side = depth * rise - t2 * v.z;
-    DVec3::new(side * azimuth.x - t1 * azimuth.y, side * azimuth.y + t1 * azimuth.x, (t2 * rise + depth * v.z).max(0.0))
+    let (x, y) = (side * azimuth.x - t1 * azimuth.y, side * azimuth.y + t1 * azimuth.x);
+    unstretch(DVec3::new(x, y, (t2 * rise + depth * v.z).max(0.0)), alpha)
 }
 
 /// max(wo·m, 0) D(m) / σ(wo) [1/sr].
@@ -86,8 +96,7 @@ pub fn ggx_visible_pdf(wo: DVec3, alpha: DVec2, m: DVec3) -> f64 {
 
 /// The `u` that [`ggx_visible`] maps to `m`.
 pub fn ggx_visible_inv(wo: DVec3, alpha: DVec2, m: DVec3) -> DVec2 {
-    let v = stretch(wo, alpha);
-    let (rise, azimuth) = heading(v);
+    let Stretched { v, rise, azimuth } = Stretched::new(wo, alpha);
     let n = DVec3::new(m.x / alpha.x, m.y / alpha.y, m.z).normalize_or(DVec3::Z);
     let t1 = n.y * azimuth.x - n.x * azimuth.y;
     let t2 = n.z * rise - (n.x * azimuth.x + n.y * azimuth.y) * v.z;
@@ -100,20 +109,21 @@ pub fn ggx_visible_inv(wo: DVec3, alpha: DVec2, m: DVec3) -> DVec2 {
 /// Maps the unit square to the normals that `wo` sees, by spherical caps: mirror directions of the stretched `wo` are
 /// uniform on the sphere above −v.z. `u` in [0, 1)²; `u.y` = 0 is the cap's pole, where the mirror direction is +z.
 pub fn ggx_caps(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
-    unstretch(caps_stretched(wo, alpha, u), alpha)
+    unit(caps(wo, alpha, u))
 }
 
-/// [`ggx_caps`] before it is stretched back, not of unit length.
+/// [`ggx_caps`], not of unit length.
 #[inline]
-fn caps_stretched(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
-    let v = stretch(wo, alpha);
-    let (sin, cos) = (TAU * u.x).sin_cos();
+pub(crate) fn caps(wo: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
+    let v = DVec3::new(alpha.x * wo.x, alpha.y * wo.y, wo.z);
+    let v = v * (1.0 / v.length());
+    let (sin, cos) = sin_cos_turns(u.x);
     // The mirror direction c has c.z = 1 − h with h = u.y (1 + v.z), hence sin² = h (2 − h), and c.z + v.z without the
     // cancellation next to −v.z.
     let k = 1.0 + v.z;
     let h = u.y * k;
     let r = (h * (2.0 - h)).sqrt();
-    DVec3::new(r * cos + v.x, r * sin + v.y, k * (1.0 - u.y))
+    unstretch(DVec3::new(r * cos + v.x, r * sin + v.y, k * (1.0 - u.y)), alpha)
 }
 
 /// max(wo·m, 0) D(m) / σ(wo) [1/sr]: that of [`ggx_visible_pdf`].
@@ -123,7 +133,7 @@ pub fn ggx_caps_pdf(wo: DVec3, alpha: DVec2, m: DVec3) -> f64 {
 
 /// The `u` that [`ggx_caps`] maps to `m`.
 pub fn ggx_caps_inv(wo: DVec3, alpha: DVec2, m: DVec3) -> DVec2 {
-    let v = stretch(wo, alpha);
+    let Stretched { v, .. } = Stretched::new(wo, alpha);
     let n = DVec3::new(m.x / alpha.x, m.y / alpha.y, m.z).normalize_or(DVec3::Z);
     let sum = 2.0 * v.dot(n) * n;
     let u_y = 1.0 - sum.z / (1.0 + v.z);

@@ -24,25 +24,40 @@ pub use ggx::{
 
 use glam::{DVec2, DVec3};
 
-/// `w` in the space in which α is 1, normalised.
-fn stretch(w: DVec3, alpha: DVec2) -> DVec3 {
-    let v = DVec3::new(alpha.x * w.x, alpha.y * w.y, w.z);
-    v * (1.0 / v.length())
+/// A direction in the space in which α is 1.
+#[derive(Clone, Copy, Debug)]
+struct Stretched {
+    /// Unit length.
+    v: DVec3,
+    /// Sine of its polar angle.
+    rise: f64,
+    /// Its azimuth as (cosine, sine); +x at the pole.
+    azimuth: DVec2,
 }
 
-/// Stretched back: the normal of length 1 that corresponds to `n` of the space in which α is 1.
-fn unstretch(n: DVec3, alpha: DVec2) -> DVec3 {
-    DVec3::new(alpha.x * n.x, alpha.y * n.y, n.z).normalize_or(DVec3::Z)
-}
-
-/// Sine of the polar angle of the unit vector `v`, and the azimuth as a unit vector (cosine, sine); +x at the pole.
-fn heading(v: DVec3) -> (f64, DVec2) {
-    let r2 = v.x * v.x + v.y * v.y;
-    if r2 < f64::MIN_POSITIVE {
-        return (0.0, DVec2::X);
+impl Stretched {
+    #[inline]
+    fn new(w: DVec3, alpha: DVec2) -> Self {
+        let (x, y) = (alpha.x * w.x, alpha.y * w.y);
+        let r2 = x * x + y * y;
+        let (r, length) = (r2.sqrt(), (r2 + w.z * w.z).sqrt());
+        if r2 < f64::MIN_POSITIVE {
+            return Self { v: DVec3::new(0.0, 0.0, w.z / length), rise: 0.0, azimuth: DVec2::X };
+        }
+        let (per_r, per_length) = (1.0 / r, 1.0 / length);
+        Self { v: DVec3::new(x, y, w.z) * per_length, rise: r * per_length, azimuth: DVec2::new(x, y) * per_r }
     }
-    let r = r2.sqrt();
-    (r, DVec2::new(v.x, v.y) * (1.0 / r))
+}
+
+/// Stretched back: a normal, of any length, that corresponds to `n` of the space in which α is 1.
+#[inline]
+fn unstretch(n: DVec3, alpha: DVec2) -> DVec3 {
+    DVec3::new(alpha.x * n.x, alpha.y * n.y, n.z)
+}
+
+/// A unit vector along `m`; the surface's normal where there is none.
+fn unit(m: DVec3) -> DVec3 {
+    m.normalize_or(DVec3::Z)
 }
 
 /// An azimuth as a fraction of a full turn, in [0, 1).
