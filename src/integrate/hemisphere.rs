@@ -24,7 +24,7 @@ use crate::sampling::stream::{stream, uniform, uniforms};
 const HINT_DRAWS: u64 = 16;
 
 /// How often a disagreement of all charts is followed up before the result is called unresolved.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 4;
 /// Work that a confirming chart may take, in multiples of what the confirmed one has taken, and at the least.
 const PROPORTION: u64 = 10;
 const LEAST_WORK: u64 = 100_000;
@@ -171,7 +171,13 @@ impl Hemisphere {
                 agreement = against;
                 break;
             }
-            best.halve_all(self.max_evals);
+            // Somebody is blind. What has come into sight since may tell; else look everywhere.
+            let spent = |meshes: &[Mesh<'_, N>]| meshes.iter().map(Mesh::evals).sum::<u64>();
+            let before = spent(&meshes);
+            self.show(&mut meshes, &[]);
+            if spent(&meshes) == before {
+                meshes[0].halve_all(self.max_evals);
+            }
         }
 
         let evals = meshes.iter().map(Mesh::evals).sum();
@@ -210,10 +216,15 @@ impl Hemisphere {
         let azimuth = w.y.atan2(w.x);
         let usual = [mirror(w), w, DVec3::Z].into_iter().chain(hints.iter().copied());
         let usual = usual.chain(low.map(|(mu, turn)| direction_mu(mu, azimuth + turn)));
-        let mut witnesses: Vec<(DVec3, f64)> = usual.map(|v| (v, largest(&f(v)))).collect();
-        witnesses.extend(meshes.iter().map(Mesh::peak));
+        let witnesses: Vec<(DVec3, f64)> = usual.map(|v| (v, largest(&f(v)))).collect();
+        self.show(meshes, &witnesses);
+    }
+
+    /// Shows every chart these values of the integrand, and the largest that each of the charts has seen.
+    fn show<const N: usize>(&self, meshes: &mut [Mesh<'_, N>], witnesses: &[(DVec3, f64)]) {
+        let peaks: Vec<(DVec3, f64)> = meshes.iter().map(Mesh::peak).collect();
         for mesh in meshes {
-            for &(v, value) in &witnesses {
+            for &(v, value) in witnesses.iter().chain(&peaks) {
                 if v.z > 0.0 && value.is_finite() {
                     mesh.witness(v, value, self.max_evals);
                 }

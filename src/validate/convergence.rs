@@ -14,13 +14,14 @@ use crate::integrate::{Estimate, Hemisphere, Integral, RateFit, RatePoint, Side,
 use crate::math::sum::Moments;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Relative standard error below which a mean has no spread but rounding.
-const CERTAIN: f64 = 1e-12;
+/// −ln of the probability with which an event that n draws did not show is still this much more likely than 1/n.
+const UNSEEN: f64 = 14.0;
 /// Share of the sum above which a single sample makes an estimate untrustworthy.
 const LARGEST_SHARE: f64 = 0.05;
 /// Excess kurtosis above which its growth is looked at; bounded weights stay far below.
 const NOTABLE_KURTOSIS: f64 = 50.0;
-/// Standard deviations above the mean beyond which a weight is a sign of a tail; a draw that is merely lost lies below.
+/// Standard deviations above the mean beyond which a weight, if it is also twice the mean, is a sign of a tail; a draw
+/// that is merely lost lies below.
 const FAR_ABOVE: f64 = 20.0;
 /// Largest Var[ln MSE] at which the logarithm of a mean square is still about linear in it.
 const LARGEST_LOG_VARIANCE: f64 = 0.2;
@@ -54,14 +55,13 @@ impl Evidence {
         let estimate = Estimate::from(&tally.weights);
         let mut slack = exact.error + 1e-9 * exact.value.abs();
         if is_certain(&estimate) {
-            // Draws that all agree do not exclude others that happen less than once in n: e^-14 is one in a million.
-            slack += 14.0 / estimate.n as f64 * estimate.mean.abs();
+            slack += unseen(&estimate);
         }
         Self {
             estimate,
             exact,
             z: estimate.z(exact.value, slack),
-            fit: rate(tally, exact.value),
+            fit: rate(tally, exact.value, slack),
             heavy: is_heavy(&tally.weights, &tally.kurtoses),
             rare: tally.weights.excess_kurtosis() > NORMAL_KURTOSIS * tally.n as f64,
         }
@@ -78,13 +78,20 @@ impl Evidence {
     }
 }
 
-/// Whether all draws agree but for rounding, so that agreement is no matter of chance.
-fn is_certain(estimate: &Estimate) -> bool {
-    estimate.std_err <= CERTAIN * estimate.mean.abs()
+/// How far the mean may lie from the truth through lost draws so rare that n draws showed none.
+fn unseen(estimate: &Estimate) -> f64 {
+    UNSEEN / estimate.n as f64 * estimate.mean.abs()
 }
 
-/// Fits the rate at which the replicates' error about the exact value falls.
-fn rate(tally: &Tally, exact: f64) -> Option<RateFit> {
+/// Whether the draws spread so little that rare events which they do not show matter more: agreement is then no matter
+/// of chance.
+fn is_certain(estimate: &Estimate) -> bool {
+    estimate.std_err <= unseen(estimate)
+}
+
+/// Fits the rate at which the replicates' error about the exact value falls, as far as that value, uncertain by `slack`,
+/// is good enough to show it.
+fn rate(tally: &Tally, exact: f64, slack: f64) -> Option<RateFit> {
     let lengths = tally.means.first()?.len();
     let kurtosis = tally.weights.excess_kurtosis().max(0.0);
     if is_certain(&Estimate::from(&tally.weights)) {
@@ -102,7 +109,7 @@ fn rate(tally: &Tally, exact: f64) -> Option<RateFit> {
                 log_variance: trigamma(0.5 * replicates) + kurtosis / (n * replicates),
             }
         })
-        .filter(|point| point.log_variance <= LARGEST_LOG_VARIANCE)
+        .filter(|point| point.log_variance <= LARGEST_LOG_VARIANCE && point.mean_square_error.sqrt() > 10.0 * slack)
         .collect();
     fit_rate(&points)
 }
@@ -113,7 +120,8 @@ fn is_heavy(weights: &Moments, kurtoses: &[f64]) -> bool {
     sorted.sort_by(f64::total_cmp);
     let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
     let whole = weights.excess_kurtosis();
-    let far = weights.max() - weights.mean() > FAR_ABOVE * weights.variance().sqrt();
+    let above = weights.max() - weights.mean();
+    let far = above > FAR_ABOVE * weights.variance().sqrt() && above > weights.mean();
     let grows = far && whole > NOTABLE_KURTOSIS && whole > KURTOSIS_GROWTH * median.max(1.0);
     grows || (sum > 0.0 && weights.max() > LARGEST_SHARE * sum)
 }

@@ -162,7 +162,9 @@ pub(crate) fn white_furnace(bsdf: &dyn Bsdf, seed: u64, grid: Grid) -> Check {
         .par_iter()
         .map(|&theta| Found::at(bsdf, Side::Eye, theta, phi))
         .collect();
-    if let Some(bad) = found.iter().find(|f| f.is_unknown()) {
+    let expected = |f: &Found| if bsdf.claims_lossless() { Some(Rgb::WHITE) } else { bsdf.albedo(f.direction()) };
+    let matters = |f: &&Found| f.is_unknown() && (f.albedo.error.is_nan() || expected(f).is_some());
+    if let Some(bad) = found.iter().find(matters) {
         return check.inconclusive(
             bad.direction(),
             &format!(
@@ -176,10 +178,10 @@ pub(crate) fn white_furnace(bsdf: &dyn Bsdf, seed: u64, grid: Grid) -> Check {
     if found.iter().all(|f| f.albedo.value.is_black()) {
         return check.inconclusive_here("the model is black: a furnace shows nothing");
     }
-    let expected = |f: &Found| if bsdf.claims_lossless() { Some(Rgb::WHITE) } else { bsdf.albedo(f.direction()) };
     let gap = |f: &Found| expected(f).map(|e| ((f.albedo.value - e).0.abs().max_element() - f.albedo.error).max(0.0));
     let compared = found.iter().filter_map(|f| gap(f).map(|g| (f, if g.is_nan() { f64::INFINITY } else { g })));
-    let (normal, grazing) = (&found[0], &found[found.len() - 1]);
+    let grazing = found.iter().rev().find(|f| !f.is_unknown()).unwrap_or(&found[0]);
+    let normal = &found[0];
     let range = format!(
         "{} at {:.1} degrees, {} at {:.3}",
         brief(normal),
