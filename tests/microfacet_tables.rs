@@ -102,7 +102,7 @@ fn ltc_magnitude() {
         }
         // 32 × 32 samples. At alpha = 1, where E = 1 − μ ln(1 + 1/μ), the table is off by 4e-3 at μ = .24 and by 6e-2 at
         // the horizon: what it is off elsewhere is of the same size.
-        let tolerance = if mu < 0.06 { 7e-2 } else { 2e-2 };
+        let tolerance = if mu < 0.15 { 7e-2 } else { 2e-2 };
         let value = albedo(&Ggx::new(alpha).unwrap().with_fresnel(schlick).unwrap(), mu, 1e-3).0;
         for (value, expected) in [(value.y, magnitude), (value.x, fresnel)] {
             assert!((value - expected).abs() <= tolerance, "α {alpha} μ {mu}: {value} against {expected}");
