@@ -16,7 +16,7 @@ const SUBJECTS: &[&str] = &[
     "lambert:rho=0.8",
     "phong:n=100,norm=n+2,ks=1",
     "ggx:alpha=0.3",
-    "ggx:alpha=0.3,sampling=caps",
+    "ggx:alpha=0.3,sampling=visible",
     "ggx:alpha=0.3,sampling=ndf",
     "ggx:alpha_x=0.1,alpha_y=0.5,eta=1.5",
     "ggx:alpha=0.3,compensation=kulla-conty",

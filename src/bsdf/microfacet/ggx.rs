@@ -67,7 +67,8 @@ impl Normals for GgxNormals {
     }
 
     fn samplings(&self) -> &'static [Sampling] {
-        &[Sampling::Visible, Sampling::Caps, Sampling::Ndf]
+        // Caps take two square roots and no frame, disks five: a third less time for the same distribution.
+        &[Sampling::Caps, Sampling::Visible, Sampling::Ndf]
     }
 
     fn slope_widths(&self) -> DVec2 {
@@ -107,7 +108,7 @@ pub(in crate::bsdf) const ENTRY: Entry = Entry {
         entry::ETA,
         entry::K,
         entry::COMPENSATION,
-        entry::sampling(&["visible", "caps", "ndf"]),
+        entry::sampling(&["caps", "visible", "ndf"]),
     ],
     examples: &[
         Example::lawful("ggx:alpha=0.3"),
@@ -115,10 +116,10 @@ pub(in crate::bsdf) const ENTRY: Entry = Entry {
         Example::lawful("ggx:alpha=1"),
         Example::lawful("ggx:alpha=0.0001"),
         Example::lawful("ggx:alpha=0.5,g=separable"),
-        Example::lawful("ggx:alpha=0.3,sampling=caps"),
+        Example::lawful("ggx:alpha=0.3,sampling=visible"),
         Example::lawful("ggx:alpha=0.3,sampling=ndf"),
         Example::lawful("ggx:alpha_x=0.25,alpha_y=0.5"),
-        Example::lawful("ggx:alpha_x=0.02,alpha_y=0.6,sampling=caps"),
+        Example::lawful("ggx:alpha_x=0.02,alpha_y=0.6,sampling=visible"),
         Example::lawful("ggx:alpha=0.2,f0=0.9/0.6/0.2"),
         Example::lawful("ggx:alpha=0.2,eta=1.5"),
         Example::lawful("ggx:alpha=0.2,eta=0.1431/0.3749/1.4424,k=3.9831/2.3857/1.6032"),

@@ -22,11 +22,11 @@ fn zoo() -> Vec<Box<dyn Bsdf>> {
     let ggx = |alpha| Ggx::new(alpha).unwrap();
     vec![
         boxed(ggx(1e-4)),
-        boxed(ggx(1e-4).with_sampling(Sampling::Caps).unwrap()),
+        boxed(ggx(1e-4).with_sampling(Sampling::Visible).unwrap()),
         boxed(ggx(1e-4).with_sampling(Sampling::Ndf).unwrap()),
         boxed(ggx(0.3)),
         boxed(ggx(1.0).with_masking(Masking::Separable)),
-        boxed(Ggx::anisotropic(0.02, 0.6).unwrap().with_sampling(Sampling::Caps).unwrap()),
+        boxed(Ggx::anisotropic(0.02, 0.6).unwrap().with_sampling(Sampling::Visible).unwrap()),
         boxed(Ggx::anisotropic(0.7, 0.1).unwrap().with_sampling(Sampling::Ndf).unwrap()),
         boxed(Ggx::anisotropic(0.5, 0.2).unwrap().with_fresnel(gold).unwrap()),
         boxed(ggx(0.2).with_fresnel(Fresnel::Dielectric { eta: 1.5 }).unwrap()),
