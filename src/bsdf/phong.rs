@@ -248,11 +248,12 @@ mod tests {
     #[test]
     fn closed_forms_agree_with_quadrature() {
         let mus = [1.0, 0.7, 0.2, 0.03];
-        for n in [0.5, 1.0, 7.3, 400.0] {
+        // Quadrature has a hard time along the crease where the lobe ends, with an infinite slope for n < 1.
+        for (n, tol) in [(0.5, 1e-5), (1.0, 1e-6), (7.3, 1e-7), (400.0, 1e-7)] {
             for norm in [PhongNorm::None, PhongNorm::DensityNPlus1, PhongNorm::AlbedoNPlus2] {
                 let phong = Phong::new(n, [0.1, 0.0, 0.2], [0.3, 0.2, 0.6], norm).unwrap();
-                assert_albedo(&phong, &mus, 1e-7);
-                assert_albedo(&phong.with_division(true), &mus, 1e-7);
+                assert_albedo(&phong, &mus, tol);
+                assert_albedo(&phong.with_division(true), &mus, tol);
             }
         }
         assert_albedo(&lobe(1e6, PhongNorm::AlbedoNPlus2), &mus, 1e-7);

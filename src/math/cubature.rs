@@ -1,9 +1,10 @@
 //! Adaptive cubature over directions: value and error bound, in coordinates that follow the lobe.
 //!
 //! A [`Mesh`] cuts a [`Chart`] into cells and integrates each with the tensor product of the Gauss-Kronrod 7-15 pair.
-//! The error estimate of a cell is the sum, over the two axes, of the difference that the 7-point rule along that axis
-//! makes: the error of a rule much worse than the one whose value is used. The axis with the larger difference is the
-//! one that is halved next.
+//! The error estimate of a cell is the sum, over the two axes, of the differences that the 7-point rule along that axis
+//! makes, line by line and without regard to sign: along a slanting crease they alternate, and their sum would hide it.
+//! It is the error of a rule much worse than the one whose value is used. The axis with the larger difference is the one
+//! that is halved next.
 //!
 //! # References
 //! - Genz & Malik 1980 (global adaptivity: always halve the worst cell, along its worst axis)
@@ -179,16 +180,18 @@ impl<'a, const N: usize> Mesh<'a, N> {
         let size = hi - lo;
         let area = size.x * size.y;
         let mut cell = Cell { lo, hi, value: [0.0; N], error: [0.0; 2], peak: 0.0, peak_at: DVec3::Z };
-        let (mut coarse_t, mut coarse_phi) = ([0.0; N], [0.0; N]);
+        let (mut along_t, mut along_phi) = ([0.0; N], [[0.0; N]; NODES]);
         for p in PAIR {
             let row = self.partition.chart.row(lo.y + size.y * p.x);
             let (mut kronrod, mut gauss) = ([0.0; N], [0.0; N]);
-            for t in PAIR {
+            for (t, column) in PAIR.iter().zip(&mut along_phi) {
                 let (w, jacobian) = row.at(lo.x + size.x * t.x);
                 let values = (self.f)(w);
                 for c in 0..N {
-                    kronrod[c] += t.kronrod * jacobian * values[c];
-                    gauss[c] += t.gauss * jacobian * values[c];
+                    let value = jacobian * values[c];
+                    kronrod[c] += t.kronrod * value;
+                    gauss[c] += t.gauss * value;
+                    column[c] += (p.kronrod - p.gauss) * value;
                     if values[c] > cell.peak {
                         (cell.peak, cell.peak_at) = (values[c], w);
                     }
@@ -196,14 +199,13 @@ impl<'a, const N: usize> Mesh<'a, N> {
             }
             for c in 0..N {
                 cell.value[c] += p.kronrod * kronrod[c];
-                coarse_t[c] += p.kronrod * gauss[c];
-                coarse_phi[c] += p.gauss * kronrod[c];
+                along_t[c] += p.kronrod * (kronrod[c] - gauss[c]).abs();
             }
         }
         for c in 0..N {
             cell.value[c] *= area;
-            for (axis, coarse) in [coarse_t[c], coarse_phi[c]].into_iter().enumerate() {
-                let difference = (cell.value[c] - area * coarse).abs();
+            let across: f64 = PAIR.iter().zip(&along_phi).map(|(t, column)| t.kronrod * column[c].abs()).sum();
+            for (axis, difference) in [area * along_t[c], area * across].into_iter().enumerate() {
                 // Written so that NaN wins: it must not pass for a small error.
                 cell.error[axis] = if difference <= cell.error[axis] { cell.error[axis] } else { difference };
             }
