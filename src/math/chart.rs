@@ -142,21 +142,31 @@ impl Chart {
     /// Where to cut t and φ before anything is known: at the kinks that reflection models have in these coordinates.
     ///
     /// Diffuse models break at θi = θo and at right angles to the plane of incidence; charts about a lobe are cut so
-    /// that each panel spans a few factors e of angle.
-    pub fn breaks(&self) -> (Vec<f64>, [f64; 5]) {
-        let quarters = [0.0, 0.25 * TAU, 0.5 * TAU, 0.75 * TAU, TAU];
+    /// that each panel spans a few factors e of angle. Near grazing, the angle from the fixed direction to the horizon
+    /// sets a scale of its own: on it lobes are cut off and squeezed into the plane of incidence, and next to an edge of
+    /// a panel, closer than its first node, that would stay unseen.
+    pub fn breaks(&self) -> (Vec<f64>, Vec<f64>) {
+        let left = self.wo.z.atan2(self.wo.x.hypot(self.wo.y)) / FRAC_PI_2;
+        let grazing = left < 0.06;
+        let mut azimuths: Vec<f64> = (0..=4).map(|quarter| 0.25 * TAU * f64::from(quarter)).collect();
         let radial = if self.zoom > 0.0 {
+            if grazing {
+                // The horizon turns where the ray runs along it; lobes about a direction lie in the plane of incidence.
+                let critical =
+                    if self.kind == Kind::Direction { [0.0, 0.5 * TAU, TAU] } else { [0.25 * TAU, 0.75 * TAU, TAU] };
+                let sides = critical.into_iter().flat_map(|phi| [phi - 8.0 * left, phi + 8.0 * left]);
+                azimuths.extend(sides.filter(|phi| (0.0..TAU).contains(phi)));
+                azimuths.sort_by(f64::total_cmp);
+            }
             vec![0.0, 0.4, 0.7, 1.0]
         } else {
-            // The angle from wo to the horizon sets the scale on which things happen along it. Layers of a scale of
-            // their own would hide between the horizon and the nodes next to it, but for a last thin strip.
-            let left = self.wo.z.atan2(self.wo.x.hypot(self.wo.y)) / FRAC_PI_2;
             let cuts = [1.0 - 16.0 * left, 1.0 - 4.0 * left, 1.0 - left, 1.0 - 0.25 * left];
-            let near_horizon = if left < 0.06 { cuts.to_vec() } else { vec![1.0 - left, 0.98] };
+            // Layers along the horizon may have a scale that is not the view's: a last thin strip is for them.
+            let near_horizon = if grazing { cuts.to_vec() } else { vec![1.0 - left, 0.98] };
             let inner = near_horizon.into_iter().filter(|t| (1e-3..1.0 - 1e-12).contains(t));
             std::iter::once(0.0).chain(inner).chain(std::iter::once(1.0)).collect()
         };
-        (radial, quarters)
+        (radial, azimuths)
     }
 }
 

@@ -54,7 +54,7 @@ enum Node {
 pub struct Partition {
     chart: Chart,
     /// Initial cuts of t and φ; the cell (i, j) of this grid has its root at node i + j · (number of t cells).
-    breaks: (Vec<f64>, [f64; 5]),
+    breaks: (Vec<f64>, Vec<f64>),
     nodes: Vec<Node>,
 }
 

@@ -68,9 +68,6 @@ impl Evidence {
     }
 
     pub(crate) fn p_values(&self) -> [f64; 2] {
-        if is_certain(&self.estimate) {
-            return [if self.z == 0.0 { 1.0 } else { 0.0 }, 1.0];
-        }
         let normal = 2.0 * Normal::standard().sf(self.z.abs());
         // Chebyshev's inequality holds for any distribution.
         let agreement = if self.rare { (1.0 / (self.z * self.z)).min(1.0) } else { normal };

@@ -64,7 +64,7 @@ impl Effort {
                 views: &[8.0, 40.0, 65.0, 84.0],
                 draws_per_block: 16384,
                 pairs: 64 * 1024,
-                grid: Grid { even: 64, grazing: 32, azimuths: 5 },
+                grid: Grid { even: 64, grazing: 32, azimuths: 3 },
             },
             Self::Deep => Plan {
                 views: &[2.0, 15.0, 30.0, 45.0, 60.0, 75.0, 84.0, 88.5],
