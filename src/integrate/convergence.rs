@@ -85,16 +85,21 @@ mod tests {
 
     #[test]
     fn recovers_an_exact_power_law_and_the_stated_interval() {
-        // R = 64, K = 10 doublings: the standard error of the slope is .0141.
-        let log_variance = trigamma(32.0);
-        let points: Vec<RatePoint> = (0..10)
-            .map(|k| f64::from(1 << k))
-            .map(|n| RatePoint { n, mean_square_error: 3.0 / n, log_variance })
-            .collect();
-        let fit = fit_rate(&points).unwrap();
-        assert!((fit.slope + 0.5).abs() < 1e-12);
-        assert!((fit.std_err - 0.0141).abs() < 1e-4, "{}", fit.std_err);
-        assert!(fit.p_value(-0.5) > 0.999 && fit.p_value(-0.6) < 1e-9);
+        // R replicates at K sizes, each double the last: the standard error of the slope to four decimals.
+        for (replicates, sizes, exact) in
+            [(16.0, 8, 0.0406), (32.0, 8, 0.0283), (32.0, 10, 0.0202), (64.0, 10, 0.0141), (256.0, 10, 0.0070)]
+        {
+            let log_variance = trigamma(0.5 * replicates);
+            let point = |n: f64| RatePoint { n, mean_square_error: 3.0 / n, log_variance };
+            let points: Vec<RatePoint> = (0..sizes).map(|k| point(f64::from(1 << k))).collect();
+            let fit = fit_rate(&points).unwrap();
+            assert!((fit.slope + 0.5).abs() < 1e-12);
+            assert!((fit.std_err - exact).abs() < 6e-5, "R = {replicates}, K = {sizes}: {}", fit.std_err);
+            assert!(fit.p_value(-0.5) > 0.999 && fit.p_value(-0.5 - 5.0 * exact) < 1e-5);
+        }
+        // R = 32, K = 10: a 99 % interval of ± .052.
+        let fit = RateFit { slope: -0.5, std_err: 0.0202 };
+        assert!((fit.half_width(0.99) - 0.052).abs() < 1e-3);
     }
 
     #[test]
