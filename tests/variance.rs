@@ -91,7 +91,7 @@ fn weights_drawn_by_the_samplers_have_these_variances() {
         visible.add(ggx.sample(WO, u).map_or(0.0, |s| s.weight.0.x));
     }
     // The standard error of a sample variance is about sqrt((κ + 2)/n) of it; 5 of those.
-    let bar = |m: &Moments| 5.0 * ((m.excess_kurtosis() + 2.0) / n as f64).sqrt();
+    let bar = |m: &Moments| 5.0 * ((m.excess_kurtosis() + 2.0) / f64::from(n)).sqrt();
     assert!((cosine_light.variance() * 18.0 - 1.0).abs() <= bar(&cosine_light));
     let albedo = Hemisphere::default().albedo(&ggx, Side::Eye, WO).value.0.x;
     // Weights in [0, 1] with mean E vary by E (1 − E) at the most.
