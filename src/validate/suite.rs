@@ -217,6 +217,25 @@ mod tests {
     }
 
     #[test]
+    fn nothing_sampled_is_inconclusive() {
+        #[derive(Debug)]
+        struct Never;
+        impl Bsdf for Never {
+            fn eval(&self, _: DVec3, _: DVec3) -> crate::math::color::Rgb {
+                crate::math::color::Rgb::grey(0.1)
+            }
+            fn sample(&self, _: DVec3, _: crate::bsdf::Uniforms) -> Option<crate::bsdf::BsdfSample> {
+                None
+            }
+        }
+        let sheet = Suite { effort: Effort::Quick, ..Suite::default() }.run(&Never);
+        for name in ["pdf_mass", "chi2", "uniformity", "weight"] {
+            assert_eq!(sheet.check(name).unwrap().outcome, Outcome::Inconclusive, "{name}");
+        }
+        assert_ne!(sheet.outcome(), Outcome::Pass);
+    }
+
+    #[test]
     fn a_check_without_an_object_says_so_when_asked_for() {
         let lambert = Lambert::new(0.8).unwrap();
         let suite = Suite { only: vec!["weak_white_furnace"], ..Suite::default() };
