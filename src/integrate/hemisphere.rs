@@ -8,9 +8,10 @@
 //! unresolved. What this can miss is a lobe far from the normal, the mirror direction and the direction
 //! itself, narrower than the charts' initial nodes, and never drawn by the model's sampler.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::bsdf::Bsdf;
 use crate::math::chart::Chart;
@@ -28,6 +29,11 @@ const ROUNDS: usize = 4;
 /// Work that a confirming chart may take, in multiples of what the confirmed one has taken, and at the least.
 const PROPORTION: u64 = 10;
 const LEAST_WORK: u64 = 100_000;
+
+/// Largest tolerance of an albedo that enters an average.
+const COARSEST: f64 = 1e-3;
+/// Most azimuths over which an albedo is averaged.
+const MOST_AZIMUTHS: u32 = 256;
 
 /// Which direction is held fixed while the other runs over the hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,32 +104,48 @@ impl Hemisphere {
     }
 
     /// Hemispherical average 2 ∫ a(μ) μ dμ of the albedo, over azimuth as well where the model is not isotropic.
+    ///
+    /// The mean over azimuth is that of evenly spaced ones, doubled until it settles: of a smooth periodic function it
+    /// converges faster than any power.
     pub fn average(&self, bsdf: &dyn Bsdf, side: Side) -> Integral {
-        let inner = Self { tol: 0.1 * self.tol, ..*self };
-        let (mut evals, mut inner_error, mut resolved) = (0, 0.0_f64, true);
-        let mut albedo = |w: DVec3| {
-            let a = inner.albedo(bsdf, side, w);
-            evals += a.evals;
-            inner_error = inner_error.max(a.error);
-            resolved &= a.resolved;
-            a.value
-        };
-        let (value, outer_error) = if is_isotropic(bsdf) {
+        // The fourth integral is the share of the error that the albedos themselves contribute.
+        let ring = |phi: f64| {
+            let mut evals = 0;
             // μ = s²: crowds the nodes towards grazing, where albedos turn.
-            let integrand = |s: f64| (albedo(direction_mu(s * s, 0.0)) * (4.0 * s * s * s)).to_array();
-            let q = adaptive(integrand, &[0.0, 0.1, 0.4, 1.0], 0.8 * self.tol, 200);
-            (q.value, q.error)
-        } else {
-            let shared = std::cell::RefCell::new(albedo);
-            let integrand = |w: DVec3| ((shared.borrow_mut())(w) * (w.z / PI)).to_array();
-            let mut mesh = Mesh::new(Chart::upright(DVec3::Z), &integrand);
-            mesh.refine(0.8 * self.tol, 50_000);
-            (mesh.value(), mesh.error())
+            let integrand = |s: f64| {
+                let weight = 4.0 * s * s * s;
+                // What weighs little may be known less well.
+                let inner = Self { tol: (0.3 * self.tol / weight).min(COARSEST), ..*self };
+                let a = inner.albedo(bsdf, side, direction_mu(s * s, phi));
+                evals += a.evals;
+                let [r, g, b] = a.value.to_array();
+                [r, g, b, a.error].map(|x| weight * x)
+            };
+            let q = adaptive(integrand, &[0.0, 0.1, 0.4, 1.0], 0.3 * self.tol, 200);
+            Ring { sum: q.value, error: q.error, evals }
         };
-        let value = Rgb::from(value);
-        let error = outer_error + inner_error;
-        resolved = resolved && error <= self.tol * value.max_channel().max(1.0);
-        Integral { value, error, resolved, evals }
+        let mut total = ring(0.0);
+        let mut mean = total.mean(1);
+        let mut azimuths = 1;
+        let mut settled = 0.0;
+        if !is_isotropic(bsdf) {
+            settled = f64::INFINITY;
+            while azimuths < MOST_AZIMUTHS && settled > 0.3 * self.tol {
+                let between = |i| ring(TAU * (f64::from(i) + 0.5) / f64::from(azimuths));
+                let rings: Vec<Ring> = (0..azimuths).into_par_iter().map(between).collect();
+                for ring in &rings {
+                    total.add(ring);
+                }
+                azimuths *= 2;
+                let finer = total.mean(azimuths);
+                // Two azimuths may agree by symmetry alone.
+                settled = if azimuths < 8 { f64::INFINITY } else { (finer - mean).0.abs().max_element() };
+                mean = finer;
+            }
+        }
+        let error = (total.error + total.sum[3]) / f64::from(azimuths) + settled;
+        let resolved = error <= self.tol * mean.max_channel().max(1.0);
+        Integral { value: mean, error, resolved, evals: total.evals }
     }
 
     /// ∫ f(v) dω over the hemisphere, for an `f` ≥ 0 whose lobes follow the fixed direction `w`; `hints` are further
@@ -235,6 +257,29 @@ impl Hemisphere {
     }
 }
 
+/// Averages over polar angle, summed over azimuths.
+struct Ring {
+    /// Red, green, blue, and the error bound of the albedos.
+    sum: [f64; 4],
+    error: f64,
+    evals: u64,
+}
+
+impl Ring {
+    fn add(&mut self, other: &Self) {
+        for (a, b) in self.sum.iter_mut().zip(other.sum) {
+            *a += b;
+        }
+        self.error += other.error;
+        self.evals += other.evals;
+    }
+
+    fn mean(&self, azimuths: u32) -> Rgb {
+        let [r, g, b, _] = self.sum;
+        Rgb::new(r, g, b) / f64::from(azimuths)
+    }
+}
+
 /// The largest difference between the values of two meshes; NaN if any value is.
 fn gap<const N: usize>(a: &Mesh<'_, N>, b: &Mesh<'_, N>) -> f64 {
     let differences = a.value().into_iter().zip(b.value()).map(|(a, b)| (a - b).abs());
@@ -258,7 +303,7 @@ pub fn hints(bsdf: &dyn Bsdf, w: DVec3) -> Vec<DVec3> {
 pub fn is_isotropic(bsdf: &dyn Bsdf) -> bool {
     let mut rng = stream(0, 1, 0);
     (0..64).all(|_| {
-        let mut random = || direction_mu(0.02 + 0.98 * uniform(&mut rng), std::f64::consts::TAU * uniform(&mut rng));
+        let mut random = || direction_mu(0.02 + 0.98 * uniform(&mut rng), TAU * uniform(&mut rng));
         let (wo, wi) = (random(), random());
         let wi = bsdf.sample(wo, uniforms(&mut rng)).map_or(wi, |s| s.wi);
         let turn = 1.0 + 5.0 * uniform(&mut rng);

@@ -20,8 +20,10 @@ const CUTS: usize = 8;
 const BUCKETS: usize = 4096;
 /// Degree up to which a cell's marginal density is expanded in Legendre polynomials.
 const DEGREE: usize = 8;
-/// Evaluations spent on cutting the cells down to size.
-const MAX_EVALS: u64 = 3_000_000;
+/// Evaluations spent on the mass, and again on cutting the cells down to size.
+const MAX_EVALS: u64 = 600_000;
+/// Error of the mass up to which it counts as known: far below the 1/√n of a million samples.
+const KNOWN: f64 = 1e-4;
 
 /// The distribution of samples that a pdf claims, given `wo`.
 #[derive(Debug)]
@@ -44,9 +46,9 @@ impl Claim {
     /// Integrates `bsdf.pdf(wo, ·)`.
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3) -> Self {
         let pdf = |wi: DVec3| [bsdf.pdf(wo, wi)];
-        let quadrature = Hemisphere { tol: 4e-6, max_evals: MAX_EVALS };
+        let quadrature = Hemisphere { tol: 1e-5, max_evals: MAX_EVALS };
         let (mut mesh, integral) = quadrature.mesh(wo, &hints(bsdf, wo), &pdf);
-        mesh.split_heavier_than(0.5 / FINE_CELLS as f64, MAX_EVALS);
+        mesh.split_heavier_than(0.5 / FINE_CELLS as f64, mesh.evals() + 2 * MAX_EVALS);
         let leaves = mesh.leaves();
         let partition = mesh.partition().clone();
 
@@ -58,7 +60,7 @@ impl Claim {
         }
         let marginals = Cdf::marginals(bsdf, wo, &partition, &leaves);
         let [value] = integral.value;
-        let mass = Integral { value, error: integral.error, resolved: integral.resolved, evals: integral.evals };
+        let mass = Integral { value, error: integral.error, resolved: integral.error <= KNOWN, evals: integral.evals };
         Self { wo, partition, mass, fine_of, fine, coarse_of, marginals }
     }
 
