@@ -59,7 +59,7 @@ pub(super) fn assert_sampled_exactly(bsdf: &dyn Bsdf, mus: &[f64]) {
             // The contract's 1e-12; the weight is the same expression.
             assert!(gap <= 1e-12 * s.weight.max_channel(), "{bsdf:?}: weight {} off by {gap}", s.weight);
         }
-        let mass = Hemisphere::with_tol(1e-6).pdf_mass(bsdf, wo);
+        let mass = Hemisphere::with_tol(8e-6).pdf_mass(bsdf, wo);
         assert!(mass.resolved, "{bsdf:?} at μ = {mu}: {mass:?}");
         let kept = 1.0 - f64::from(lost) / f64::from(DRAWS);
         // Five standard errors of a proportion, at most 5 √(¼ / N); exact where nothing is lost.

@@ -4,7 +4,7 @@
 //! (diffuse reflection), about the mirror direction (Phong-like lobes) and of the half vector (microfacet lobes). Each
 //! is shown every peak that any of them, or the model's own sampler, has come across, and refines around it; the chart
 //! with the smallest error is then refined to the tolerance, and another one until its value agrees. The error stated is
-//! the cubature's own bound plus the difference of the two charts. Where no two of the three agree, the result is marked
+//! the cubature's own bound plus the difference of the two charts, times a factor of safety. Where no two of the three agree, the result is marked
 //! unresolved. What this can miss is a lobe far from the normal, the mirror direction and the direction
 //! itself, narrower than the charts' initial nodes, and never drawn by the model's sampler.
 
@@ -24,6 +24,9 @@ use crate::sampling::stream::{stream, uniform, uniforms};
 /// How many draws of the model's sampler are shown to the charts as possible places of lobes.
 const HINT_DRAWS: u64 = 16;
 
+/// The stated error in multiples of cubature's bound and the charts' difference. A crease that runs aslant through the cells
+/// of both charts has made the sum of the two fall short fourfold (Phong, n = 1, at μ = 0.03).
+const SAFETY: f64 = 8.0;
 /// How often a disagreement of all charts is followed up before the result is called unresolved.
 const ROUNDS: usize = 4;
 /// Work that a confirming chart may take, in multiples of what the confirmed one has taken, and at the least.
@@ -175,7 +178,7 @@ impl Hemisphere {
         for _ in 0..ROUNDS {
             meshes.sort_by(|a, b| a.error().total_cmp(&b.error()));
             let [best, second, third] = &mut meshes;
-            let target = 0.25 * self.tol * largest(&best.value()).max(1.0);
+            let target = 0.25 / SAFETY * self.tol * largest(&best.value()).max(1.0);
             best.refine(target, self.max_evals);
             agreement = self.confirm(best, second, target);
             if agreement <= target {
@@ -207,7 +210,7 @@ impl Hemisphere {
         let poison: f64 = meshes.iter().map(|mesh| 0.0 * mesh.value().iter().sum::<f64>()).sum();
         let [best, ..] = meshes;
         let value = best.value();
-        let error = best.error() + agreement + poison;
+        let error = SAFETY * (best.error() + agreement) + poison;
         let resolved = error <= self.tol * largest(&value).max(1.0);
         (best, Integral { value, error, resolved, evals })
     }

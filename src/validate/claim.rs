@@ -46,7 +46,7 @@ impl Claim {
     /// Integrates `bsdf.pdf(wo, ·)`.
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3) -> Self {
         let pdf = |wi: DVec3| [bsdf.pdf(wo, wi)];
-        let quadrature = Hemisphere { tol: 1e-5, max_evals: MAX_EVALS };
+        let quadrature = Hemisphere { tol: 8e-5, max_evals: MAX_EVALS };
         let (mut mesh, integral) = quadrature.mesh(wo, &hints(bsdf, wo), &pdf);
         mesh.split_heavier_than(0.5 / FINE_CELLS as f64, mesh.evals() + 2 * MAX_EVALS);
         let leaves = mesh.leaves();

@@ -45,7 +45,7 @@ pub(crate) struct Evidence {
 
 impl Evidence {
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3, tally: &Tally) -> Self {
-        let albedo = Hemisphere::with_tol(1e-7).albedo(bsdf, Side::Eye, wo);
+        let albedo = Hemisphere::with_tol(8e-7).albedo(bsdf, Side::Eye, wo);
         let exact = Integral {
             value: albedo.value.mean(),
             error: albedo.error,

@@ -15,7 +15,7 @@ use crate::sampling::stream::{stream, uniform};
 /// Gain that is put down to the quadrature and to tabulated compensation: a tenth of what must be caught.
 const ROUNDING: f64 = 1e-5;
 /// Tolerance of the quadrature behind each albedo.
-const TOL: f64 = 4e-6;
+const TOL: f64 = 3.2e-5;
 /// Error up to which an albedo that is only reported, or compared loosely, counts as known.
 const COARSE: f64 = 1e-3;
 /// Steps of the golden-section search from each of the highest directions.
@@ -93,7 +93,7 @@ pub(crate) fn energy(bsdf: &dyn Bsdf, side: Side, seed: u64, grid: Grid) -> Chec
 
     check.statistic = top.albedo.value.max_channel();
     check.worst = Some((top.direction(), top.direction()));
-    check.detects.insert("gain", 2.0 * ROUNDING);
+    check.detects.insert("gain", ROUNDING + TOL);
     check.detects.insert("width_deg", spacing.to_degrees());
     let (theta, albedo) = (top.theta.to_degrees(), top.albedo.value);
     if top.certain() > 1.0 + ROUNDING {
@@ -189,7 +189,7 @@ pub(crate) fn white_furnace(bsdf: &dyn Bsdf, seed: u64, grid: Grid) -> Check {
         brief(grazing),
         grazing.theta.to_degrees()
     );
-    check.detects.insert("albedo", ROUNDING);
+    check.detects.insert("albedo", ROUNDING + TOL);
     let Some((worst, gap)) = compared.max_by(|a, b| a.1.total_cmp(&b.1)) else {
         check.outcome = Outcome::Pass;
         check.statistic = normal.albedo.value.max_channel();
