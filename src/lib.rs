@@ -41,6 +41,7 @@ pub mod integrate;
 pub mod math;
 pub mod report;
 pub mod sampling;
+pub mod scene;
 pub mod validate;
 
 pub use glam;
