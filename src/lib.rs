@@ -39,6 +39,7 @@ pub mod bsdf;
 pub mod cli;
 pub mod integrate;
 pub mod math;
+pub mod render;
 pub mod report;
 pub mod sampling;
 pub mod scene;

@@ -3,6 +3,7 @@
 pub mod chart;
 pub mod color;
 pub mod cubature;
+pub mod frame;
 pub mod quadrature;
 pub mod special;
 pub mod sphere;

@@ -107,6 +107,19 @@ impl Material {
         }
     }
 
+    /// Whether the model may look different when it is turned about the normal, so that its frame must follow the
+    /// texture coordinates.
+    pub fn needs_tangent(&self) -> bool {
+        match &self.model {
+            Model::Lambert(_) | Model::TexturedLambert(_) => false,
+            Model::Ggx(ggx) => ggx.normals().is_none_or(|normals| {
+                let widths = normals.slope_widths();
+                widths.x != widths.y
+            }),
+            Model::Uniform(_) | Model::Varying(_) => true,
+        }
+    }
+
     /// The model at a point of the surface.
     #[inline]
     pub fn at(&self, uv: DVec2, vertex_color: Rgb) -> LocalBsdf<'_> {
@@ -159,6 +172,13 @@ impl LocalBsdf<'_> {
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> Rgb {
         let (wo, wi) = (self.seen(wo, wo), self.seen(wo, wi));
         dispatch!(self, model => model.eval(wo, wi))
+    }
+
+    /// Both [`eval`](Self::eval) and [`pdf`](Self::pdf).
+    #[inline]
+    pub fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        let (wo, wi) = (self.seen(wo, wo), self.seen(wo, wi));
+        dispatch!(self, model => (model.eval(wo, wi), model.pdf(wo, wi)))
     }
 
     /// Density [1/sr] of `wi` given `wo`.

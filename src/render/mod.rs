@@ -1,0 +1,14 @@
+//! Rendering: estimators of the radiance along a ray, and the film that collects it.
+
+pub mod path;
+pub mod progressive;
+
+use crate::math::color::Rgb;
+use crate::sampling::sampler::Sampler;
+use crate::scene::{Ray, Scene};
+
+/// An estimator of the radiance that arrives along a ray: every algorithm of light transport is one.
+pub trait Radiance: Sync {
+    /// One sample of the radiance that arrives at the ray's origin against its direction [W/(sr m²)].
+    fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb;
+}

@@ -1,0 +1,54 @@
+//! A point at which a path is scattered.
+
+use glam::DVec3;
+
+use crate::bsdf::{BsdfSample, Uniforms};
+use crate::math::color::Rgb;
+use crate::math::frame::Frame;
+use crate::scene::{LocalBsdf, Ray, Scene, Surface};
+
+/// A surface with its model of reflection, and the direction from which the path came.
+#[derive(Debug)]
+pub(super) struct Vertex<'a> {
+    pub(super) surface: Surface,
+    pub(super) bsdf: LocalBsdf<'a>,
+    /// Local.
+    wo: DVec3,
+}
+
+impl<'a> Vertex<'a> {
+    /// Where `ray` has met `surface`.
+    ///
+    /// Where an interpolated normal faces away from a viewer whom the triangle faces, the triangle's own normal counts,
+    /// so that nothing turns black.
+    #[inline]
+    pub(super) fn new(scene: &'a Scene, ray: &Ray, mut surface: Surface) -> Self {
+        let mut wo = surface.frame.to_local(-ray.dir);
+        if wo.z * surface.ng.dot(-ray.dir) <= 0.0 {
+            surface.frame = Frame::about(surface.ng);
+            wo = surface.frame.to_local(-ray.dir);
+        }
+        let bsdf = scene.material_of(surface.shape).at(surface.uv, surface.color);
+        Self { surface, bsdf, wo }
+    }
+
+    /// f |cos| towards `wi` in the world, and the density [1/sr] with which [`Vertex::sample`] draws it. Black where
+    /// the interpolated normal and the triangle's disagree about the side, so that nothing leaks.
+    #[inline]
+    pub(super) fn eval(&self, wi: DVec3) -> (Rgb, f64) {
+        let local = self.surface.frame.to_local(wi);
+        if local.z * wi.dot(self.surface.ng) <= 0.0 {
+            return (Rgb::BLACK, 0.0);
+        }
+        let (f, pdf) = self.bsdf.eval_pdf(self.wo, local);
+        (f * local.z.abs(), pdf)
+    }
+
+    /// Draws a direction, local.
+    #[inline]
+    pub(super) fn sample(&self, u: Uniforms) -> Option<BsdfSample> {
+        let drawn = self.bsdf.sample(self.wo, u)?;
+        let side = self.surface.frame.to_world(drawn.wi).dot(self.surface.ng);
+        (drawn.wi.z * side > 0.0).then_some(drawn)
+    }
+}
