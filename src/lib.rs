@@ -37,6 +37,7 @@
 
 pub mod bsdf;
 pub mod cli;
+pub mod image;
 pub mod integrate;
 pub mod math;
 pub mod render;

@@ -1,5 +1,7 @@
 //! Rendering: estimators of the radiance along a ray, and the film that collects it.
 
+pub mod film;
+pub mod filter;
 pub mod path;
 pub mod progressive;
 
