@@ -53,6 +53,26 @@ impl Sampler for Independent {
     }
 }
 
+/// The samplers by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SamplerKind {
+    /// [`Independent`].
+    #[default]
+    Independent,
+}
+
+impl SamplerKind {
+    /// All, with their names.
+    pub const ALL: &[(&str, Self)] = &[("independent", Self::Independent)];
+
+    /// A sampler of this kind.
+    pub fn start(self, seed: u64) -> Box<dyn Sampler> {
+        match self {
+            Self::Independent => Box::new(Independent::new(seed)),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
