@@ -69,10 +69,9 @@ impl Bsdf for Dielectric {
     }
 
     fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
-        if !(wo.z.abs() > 0.0) {
-            return None;
-        }
         let eta = relative(self.eta, wo);
+        // The tangent plane, and NaN, see neither side.
+        Some(wo.z).filter(|z| z.abs() > 0.0)?;
         let f = fresnel::dielectric(eta, wo.z.abs());
         if u.lobe < f {
             return Some(BsdfSample { wi: mirror(wo), weight: self.tints.reflect, density: Density::Dirac(f) });

@@ -54,9 +54,8 @@ impl Bsdf for ThinDielectric {
     }
 
     fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
-        if !(wo.z.abs() > 0.0) {
-            return None;
-        }
+        // The tangent plane, and NaN, see neither side.
+        Some(wo.z).filter(|z| z.abs() > 0.0)?;
         let reflected = self.reflected(wo);
         Some(if u.lobe < reflected {
             BsdfSample { wi: mirror(wo), weight: self.tints.reflect, density: Density::Dirac(reflected) }
