@@ -178,7 +178,7 @@ impl LocalBsdf<'_> {
     #[inline]
     pub fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
         let (wo, wi) = (self.seen(wo, wo), self.seen(wo, wi));
-        dispatch!(self, model => (model.eval(wo, wi), model.pdf(wo, wi)))
+        dispatch!(self, model => model.eval_pdf(wo, wi))
     }
 
     /// Density [1/sr] of `wi` given `wo`.
