@@ -64,13 +64,6 @@ pub enum SamplerKind {
 impl SamplerKind {
     /// All, with their names.
     pub const ALL: &[(&str, Self)] = &[("independent", Self::Independent)];
-
-    /// A sampler of this kind.
-    pub fn start(self, seed: u64) -> Box<dyn Sampler> {
-        match self {
-            Self::Independent => Box::new(Independent::new(seed)),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ use glam::DVec3;
 use super::Radiance;
 use crate::bsdf::{BsdfSample, Density, Lobes};
 use crate::math::color::Rgb;
-use crate::sampling::sampler::Sampler;
+use crate::sampling::sampler::{Independent, Sampler};
 use crate::scene::{LightSampling, Ray, Scene, leave, opaque_share};
 
 use vertex::Vertex;
@@ -123,6 +123,20 @@ enum Last {
 
 impl Radiance for PathTracer {
     fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
+        self.trace(scene, ray, sampler)
+    }
+
+    fn radiance_independent(&self, scene: &Scene, ray: Ray, sampler: &mut Independent) -> Rgb {
+        self.trace(scene, ray, sampler)
+    }
+}
+
+impl PathTracer {
+    fn limit(&self) -> u32 {
+        self.bounces.unwrap_or(u32::MAX)
+    }
+
+    fn trace<S: Sampler + ?Sized>(&self, scene: &Scene, ray: Ray, sampler: &mut S) -> Rgb {
         let mut path = Path { ray, throughput: Rgb::WHITE, depth: 0, last: Last::Sole };
         let (seen, vertex) = self.arrive(scene, &mut path, sampler);
         let Some(vertex) = vertex else { return seen };
@@ -137,16 +151,15 @@ impl Radiance for PathTracer {
         }
         seen + rest / f64::from(self.first_split)
     }
-}
-
-impl PathTracer {
-    fn limit(&self) -> u32 {
-        self.bounces.unwrap_or(u32::MAX)
-    }
 
     /// Casts the path's ray: the emission that it brings, and the surface from which it goes on, if it may.
     #[inline]
-    fn arrive<'a>(&self, scene: &'a Scene, path: &mut Path, sampler: &mut dyn Sampler) -> (Rgb, Option<Vertex<'a>>) {
+    fn arrive<'a, S: Sampler + ?Sized>(
+        &self,
+        scene: &'a Scene,
+        path: &mut Path,
+        sampler: &mut S,
+    ) -> (Rgb, Option<Vertex<'a>>) {
         loop {
             let Some(surface) = scene.intersect(&path.ray) else {
                 let sky: Rgb =
@@ -184,7 +197,7 @@ impl PathTracer {
     }
 
     /// Everything that the path brings from `vertex` on.
-    fn follow(&self, scene: &Scene, mut path: Path, vertex: Vertex, sampler: &mut dyn Sampler) -> Rgb {
+    fn follow<S: Sampler + ?Sized>(&self, scene: &Scene, mut path: Path, vertex: Vertex, sampler: &mut S) -> Rgb {
         let mut sum = Rgb::BLACK;
         let mut vertex = vertex;
         loop {
@@ -214,7 +227,7 @@ impl PathTracer {
 
     /// The light that reaches `vertex` from an emitter and is scattered along the path.
     #[inline]
-    fn connect(&self, scene: &Scene, path: &Path, vertex: &Vertex, sampler: &mut dyn Sampler) -> Rgb {
+    fn connect<S: Sampler + ?Sized>(&self, scene: &Scene, path: &Path, vertex: &Vertex, sampler: &mut S) -> Rgb {
         let (choice, u) = (sampler.next_1d(), sampler.next_2d());
         let Some(light) = scene.emitters().sample(self.light_sampling, vertex.surface.p, choice, u) else {
             return Rgb::BLACK;
@@ -246,7 +259,13 @@ impl PathTracer {
 
     /// Sends the path on along `drawn`; false where it ends.
     #[inline]
-    fn scatter(&self, path: &mut Path, vertex: &Vertex, drawn: &BsdfSample, sampler: &mut dyn Sampler) -> bool {
+    fn scatter<S: Sampler + ?Sized>(
+        &self,
+        path: &mut Path,
+        vertex: &Vertex,
+        drawn: &BsdfSample,
+        sampler: &mut S,
+    ) -> bool {
         path.depth += 1;
         path.throughput = path.throughput * drawn.weight;
         path.last = match drawn.density {
@@ -273,7 +292,6 @@ impl PathTracer {
 mod tests {
     use super::*;
     use crate::math::sum::Moments;
-    use crate::sampling::sampler::Independent;
     use crate::scene::{Camera, FilmSettings, FilterKind, Geometry, Material, RenderSettings, SceneDescription, Shape};
 
     /// The inside of a sphere of radius 1 with this albedo and emission 1/2.
