@@ -17,9 +17,27 @@ const NEAR: f64 = 4.0;
 /// The surface of an emitter.
 #[derive(Clone, Debug)]
 pub(super) enum AreaEmitter {
-    Triangle { a: DVec3, e1: DVec3, e2: DVec3, normal: DVec3, area: f64 },
-    Rectangle { corner: DVec3, x: DVec3, y: DVec3, normal: DVec3, area: f64 },
+    Triangle { a: DVec3, e1: DVec3, e2: DVec3, normal: DVec3, area: f64, near: Near },
+    Rectangle { corner: DVec3, x: DVec3, y: DVec3, normal: DVec3, area: f64, near: Near },
     Quadric { quadric: Quadric, sign: f64, area: f64 },
+}
+
+/// The ball around a flat emitter within which it is sampled by solid angle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    centre: DVec3,
+    radius2: f64,
+}
+
+impl Near {
+    fn new(centre: DVec3, half_diagonal: f64) -> Self {
+        Self { centre, radius2: (NEAR * half_diagonal) * (NEAR * half_diagonal) }
+    }
+
+    #[inline]
+    fn holds(&self, by: LightSampling, p: DVec3) -> bool {
+        by == LightSampling::SolidAngle && p.distance_squared(self.centre) < self.radius2
+    }
 }
 
 /// A point drawn on an emitter.
@@ -36,7 +54,9 @@ impl AreaEmitter {
     pub(super) fn triangle([a, b, c]: [DVec3; 3]) -> Self {
         let (e1, e2) = (b - a, c - a);
         let double = e1.cross(e2);
-        Self::Triangle { a, e1, e2, normal: double.normalize_or_zero(), area: 0.5 * double.length() }
+        let longest = e1.length().max(e2.length()).max(e1.distance(e2));
+        let near = Near::new(a + (e1 + e2) / 3.0, 0.5 * longest);
+        Self::Triangle { a, e1, e2, normal: double.normalize_or_zero(), area: 0.5 * double.length(), near }
     }
 
     /// The rectangle that two triangles make, if they do.
@@ -60,6 +80,7 @@ impl AreaEmitter {
                 y,
                 normal: double.normalize(),
                 area: double.length(),
+                near: Near::new(a + 0.5 * (x + y), 0.5 * (x + y).length()),
             })
         })
     }
@@ -78,14 +99,8 @@ impl AreaEmitter {
     #[inline]
     pub(super) fn sample(&self, by: LightSampling, p: DVec3, u: DVec2) -> Option<Drawn> {
         match *self {
-            Self::Triangle { a, e1, e2, normal, area } => {
-                if by == LightSampling::SolidAngle
-                    && is_near(
-                        p,
-                        a + (e1 + e2) / 3.0,
-                        0.5 * (e1 - e2).length_squared().max(e1.length_squared()).max(e2.length_squared()),
-                    )
-                {
+            Self::Triangle { a, e1, e2, normal, area, near } => {
+                if near.holds(by, p) {
                     let spherical = SphericalTriangle::new(a - p, a + e1 - p, a + e2 - p)?;
                     let wi = spherical.sample(u);
                     let facing = -wi.dot(normal);
@@ -96,10 +111,8 @@ impl AreaEmitter {
                 let (b1, b2) = if u.x > u.y { (u.x - 0.5 * u.y, 0.5 * u.y) } else { (0.5 * u.x, u.y - 0.5 * u.x) };
                 towards(p, a + e1 * b1 + e2 * b2, normal, area)
             }
-            Self::Rectangle { corner, x, y, normal, area } => {
-                if by == LightSampling::SolidAngle
-                    && is_near(p, corner + 0.5 * (x + y), 0.25 * (x + y).length_squared())
-                {
+            Self::Rectangle { corner, x, y, normal, area, near } => {
+                if near.holds(by, p) {
                     let spherical = SphericalRectangle::new(p, corner, x, y)?;
                     let point = spherical.sample(u);
                     let wi = (point - p).normalize();
@@ -121,20 +134,10 @@ impl AreaEmitter {
     #[inline]
     pub(super) fn pdf(&self, by: LightSampling, p: DVec3, wi: DVec3, surface: &Surface) -> f64 {
         match *self {
-            Self::Triangle { a, e1, e2, .. }
-                if by == LightSampling::SolidAngle
-                    && is_near(
-                        p,
-                        a + (e1 + e2) / 3.0,
-                        0.5 * (e1 - e2).length_squared().max(e1.length_squared()).max(e2.length_squared()),
-                    ) =>
-            {
+            Self::Triangle { a, e1, e2, near, .. } if near.holds(by, p) => {
                 1.0 / triangle_solid_angle(a - p, a + e1 - p, a + e2 - p)
             }
-            Self::Rectangle { corner, x, y, .. }
-                if by == LightSampling::SolidAngle
-                    && is_near(p, corner + 0.5 * (x + y), 0.25 * (x + y).length_squared()) =>
-            {
+            Self::Rectangle { corner, x, y, near, .. } if near.holds(by, p) => {
                 SphericalRectangle::new(p, corner, x, y).map_or(0.0, |spherical| 1.0 / spherical.solid_angle())
             }
             Self::Quadric { quadric, sign, area } => match cone_of(&quadric, sign, by, p) {
@@ -144,12 +147,6 @@ impl AreaEmitter {
             Self::Triangle { area, .. } | Self::Rectangle { area, .. } => area_pdf(p, wi, surface, area),
         }
     }
-}
-
-/// Whether `p` is so near that solid angle is worth its price.
-#[inline]
-fn is_near(p: DVec3, centre: DVec3, half_diagonal2: f64) -> bool {
-    p.distance_squared(centre) < NEAR * NEAR * half_diagonal2
 }
 
 #[inline]
