@@ -5,5 +5,6 @@ pub mod color;
 pub mod cubature;
 pub mod quadrature;
 pub mod special;
+pub mod spectrum;
 pub mod sphere;
 pub mod sum;

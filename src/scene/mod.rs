@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod description;
+pub mod file;
 pub mod light;
 pub mod material;
 pub mod mesh;
