@@ -53,8 +53,9 @@ pub mod prelude {
     pub use crate::bsdf::measured::{Abc, Sgd, SgdParams};
     pub use crate::bsdf::{
         AshikhminShirley, Beckmann, Blinn, BlinnPhong, BlinnPhongNorm, Bsdf, BsdfSample, Burley, Compensation, Density,
-        Disney, DisneyParams, Eon, FnBsdf, Fon, Fresnel, Ggx, Lambert, Lobes, LommelSeeliger, Masking, Minnaert, Mix,
-        OrenNayar, ParamError, Phong, PhongNorm, Sampling, TwoSided, Uniforms, Ward, WardVariant,
+        Dielectric, Disney, DisneyParams, Eon, FnBsdf, Fon, Fresnel, Ggx, Lambert, Lobes, LommelSeeliger, Masking,
+        Minnaert, Mix, Null, OrenNayar, ParamError, Phong, PhongNorm, RoughDielectric, Sampling, SpecularReflector,
+        ThinDielectric, TwoSided, Uniforms, Ward, WardVariant,
     };
     pub use crate::integrate::{Estimate, Hemisphere, Integral, Side};
     pub use crate::math::color::Rgb;

@@ -30,16 +30,19 @@ use crate::sampling::discrete::pick;
 
 mod beckmann;
 mod blinn;
+mod dielectric;
 mod energy;
 mod entry;
 mod ggx;
 
 pub use beckmann::{Beckmann, BeckmannNormals};
 pub use blinn::{Blinn, BlinnNormals};
+pub use dielectric::RoughDielectric;
 pub use ggx::{Ggx, GgxNormals};
 
 pub(super) use beckmann::ENTRY as BECKMANN;
 pub(super) use blinn::ENTRY as BLINN;
+pub(super) use dielectric::ENTRY as ROUGH_DIELECTRIC;
 pub(super) use ggx::ENTRY as GGX;
 
 use energy::LossTable;
@@ -126,6 +129,16 @@ impl Sampling {
             Self::Ndf => "ndf",
         }
     }
+
+    /// The same if `normals` know it, else the error on behalf of `model`.
+    fn known_to(self, normals: &dyn Normals, model: &'static str) -> Result<Self, ParamError> {
+        let known = normals.samplings();
+        if known.contains(&self) {
+            return Ok(self);
+        }
+        let words: Vec<_> = known.iter().map(|s| s.word()).collect();
+        Err(ParamError::new(model, "sampling", self.word(), format!("one of {}", words.join(", "))))
+    }
 }
 
 /// What is done about the light that is scattered more than once between facets, which f alone loses.
@@ -188,13 +201,7 @@ impl<N: Normals> Microfacet<N> {
 
     /// The same with another way to sample; an error where these normals do not have it.
     pub fn with_sampling(mut self, sampling: Sampling) -> Result<Self, ParamError> {
-        let known = self.normals.samplings();
-        if !known.contains(&sampling) {
-            let words: Vec<_> = known.iter().map(|s| s.word()).collect();
-            let allowed = format!("one of {}", words.join(", "));
-            return Err(ParamError::new(self.normals.model(), "sampling", sampling.word(), allowed));
-        }
-        self.sampling = sampling;
+        self.sampling = sampling.known_to(&self.normals, self.normals.model())?;
         Ok(self)
     }
 
