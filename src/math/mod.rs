@@ -6,5 +6,6 @@ pub mod cubature;
 pub mod frame;
 pub mod quadrature;
 pub mod special;
+pub mod spectrum;
 pub mod sphere;
 pub mod sum;

@@ -3,6 +3,7 @@
 pub mod bvh;
 pub mod camera;
 pub mod description;
+pub mod file;
 pub mod light;
 pub mod material;
 pub mod mesh;
