@@ -1,0 +1,4 @@
+//! Scenes: rays and what they meet.
+
+pub mod bvh;
+pub mod ray;
