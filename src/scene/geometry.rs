@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::bvh::{BoxBvh, TriangleBvh};
+use super::bvh::{Aabb, BoxBvh, TriangleBvh};
 use super::mesh::Mesh;
 use super::quadric::Quadric;
 use super::shape::{Geometry, Shape};
@@ -132,16 +132,15 @@ impl Surfaces {
 
     fn closest_quadric(&self, ray: &Ray, before: Option<Hit>) -> Option<Hit> {
         let ray = Ray::up_to(ray.origin, ray.dir, before.map_or(ray.t_max, |hit| hit.t));
-        let found = self.quadric_bvh.closest(&ray, &mut |i, t_max| self.quadrics[i as usize].0.hit(&ray, t_max));
+        let found = self.quadric_bvh.closest(&ray, |i, t_max| self.quadrics[i as usize].0.hit(&ray, t_max));
         let first = self.triangles.len() as u32;
         found.map(|(i, t)| Hit { t, primitive: first + i, b1: 0.0, b2: 0.0 }).or(before)
     }
 
     #[inline]
     pub(super) fn occluded(&self, ray: &Ray) -> bool {
-        self.triangle_bvh.occluded(ray)
-            || (!self.quadrics.is_empty()
-                && self.quadric_bvh.closest(ray, &mut |i, t_max| self.quadrics[i as usize].0.hit(ray, t_max)).is_some())
+        let meets = |i: u32, t_max: f64| self.quadrics[i as usize].0.hit(ray, t_max).is_some();
+        self.triangle_bvh.occluded(ray) || (!self.quadrics.is_empty() && self.quadric_bvh.occluded(ray, meets))
     }
 
     /// The point of the surface where `ray` has met it. `tangent` asks for a frame along ∂p/∂u.
@@ -233,6 +232,13 @@ impl Surfaces {
 
     pub(super) fn is_inside_out(&self, shape: usize) -> bool {
         self.attributes[shape].sign < 0.0
+    }
+
+    /// The largest coordinate of any surface.
+    pub(super) fn extent(&self) -> f64 {
+        let of = |b: Aabb| b.min.abs().max(b.max.abs()).max_element();
+        let quadrics = self.quadrics.iter().map(|(quadric, _)| of(quadric.bounds()));
+        quadrics.fold(self.triangle_bvh.extent(), f64::max)
     }
 
     /// Centre and radius of a sphere around everything; None for an empty scene.

@@ -14,7 +14,7 @@ pub mod texture;
 mod emitter;
 mod geometry;
 mod quadric;
-mod ray;
+pub mod ray;
 
 pub use camera::{Camera, Projection};
 pub use description::{FilmSettings, FilterKind, RenderSettings, SceneDescription};
@@ -32,6 +32,7 @@ use thiserror::Error;
 
 use crate::math::color::Rgb;
 use geometry::Surfaces;
+use ray::offset_origin_within;
 
 /// A scene, ready for rays.
 #[derive(Debug)]
@@ -47,6 +48,8 @@ pub struct Scene {
     /// Of each material: whether its frame must follow the texture coordinates.
     needs_tangent: Vec<bool>,
     masked: bool,
+    /// The largest coordinate that rays meet or start from, by which they are moved off surfaces.
+    extent: f64,
 }
 
 /// Why a scene cannot be built from its description.
@@ -117,8 +120,8 @@ impl Scene {
         let emitters = Emitters::new(&shapes, &lights, &surfaces)?;
         let needs_tangent = materials.iter().map(Material::needs_tangent).collect();
         let masked = shapes.iter().any(|shape| materials[shape.material].opacity().is_some());
-        // The triangles are in `surfaces` now; only small geometry is kept twice.
-        Ok(Self { name, camera, film, render, materials, shapes, surfaces, emitters, needs_tangent, masked })
+        let extent = surfaces.extent().max(camera.to_world.translation.abs().max_element());
+        Ok(Self { name, camera, film, render, materials, shapes, surfaces, emitters, needs_tangent, masked, extent })
     }
 
     /// The scene's name in reports.
@@ -198,6 +201,26 @@ impl Scene {
         if self.surfaces.occluded(ray) { Rgb::BLACK } else { Rgb::WHITE }
     }
 
+    /// The ray that leaves a surface along `dir`, started just off it.
+    #[inline]
+    pub fn leave(&self, surface: &Surface, dir: DVec3) -> Ray {
+        Ray::new(offset_origin_within(surface.p, surface.ng, dir, self.extent), dir)
+    }
+
+    /// The ray from a surface to a point drawn on an emitter, both ends just off.
+    #[inline]
+    pub fn shadow_ray(&self, surface: &Surface, light: &LightSample) -> Ray {
+        let ray = self.leave(surface, light.wi);
+        match light.target {
+            None => ray,
+            Some((q, nq)) => {
+                let way = offset_origin_within(q, nq, -light.wi, self.extent) - ray.origin;
+                let distance = way.length();
+                Ray::up_to(ray.origin, way / distance, distance)
+            }
+        }
+    }
+
     fn through_masks(&self, mut ray: Ray, masks: u32) -> Rgb {
         let mut left = Rgb::WHITE;
         for passed in 0..=u64::from(masks) {
@@ -207,12 +230,12 @@ impl Scene {
             if left.is_black() || passed == u64::from(masks) {
                 return Rgb::BLACK;
             }
-            let origin = bvh::offset_origin(surface.p, surface.ng, ray.dir);
-            let t_max = ray.t_max - origin.distance(ray.origin);
+            let next = self.leave(&surface, ray.dir);
+            let t_max = ray.t_max - next.origin.distance(ray.origin);
             if t_max <= 0.0 {
                 return left;
             }
-            ray = Ray::up_to(origin, ray.dir, t_max);
+            ray = Ray::up_to(next.origin, ray.dir, t_max);
         }
         left
     }
@@ -222,9 +245,4 @@ impl Scene {
 pub(crate) fn opaque_share(opacity: &Texture, surface: &Surface) -> f64 {
     let share = opacity.at(surface.uv, surface.color).mean();
     if share > 0.0 { share.min(1.0) } else { 0.0 }
-}
-
-/// The point at `p` moved off its surface, on the side to which `dir` points.
-pub fn leave(p: DVec3, ng: DVec3, dir: DVec3) -> Ray {
-    Ray::new(bvh::offset_origin(p, ng, dir), dir)
 }

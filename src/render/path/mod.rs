@@ -27,7 +27,7 @@ use super::Radiance;
 use crate::bsdf::{BsdfSample, Density, Lobes};
 use crate::math::color::Rgb;
 use crate::sampling::sampler::{Independent, Sampler};
-use crate::scene::{LightSampling, Ray, Scene, leave, opaque_share};
+use crate::scene::{LightSampling, Ray, Scene, opaque_share};
 
 use vertex::Vertex;
 
@@ -173,7 +173,7 @@ impl PathTracer {
                 if path.depth > self.limit() {
                     return (Rgb::BLACK, None);
                 }
-                path.ray = leave(surface.p, surface.ng, path.ray.dir);
+                path.ray = scene.leave(&surface, path.ray.dir);
                 continue;
             }
             let mut seen = Rgb::BLACK;
@@ -213,7 +213,7 @@ impl PathTracer {
                 path.throughput = path.throughput / (1.0 - chance);
             }
             let Some(drawn) = drawn else { return sum };
-            if !self.scatter(&mut path, &vertex, &drawn, sampler) {
+            if !self.scatter(scene, &mut path, &vertex, &drawn, sampler) {
                 return sum;
             }
             let (seen, next) = self.arrive(scene, &mut path, sampler);
@@ -240,7 +240,7 @@ impl PathTracer {
             Density::SolidAngle(p) if self.strategy == Strategy::Mis => self.heuristic.weight(p, pdf) / p,
             Density::SolidAngle(p) | Density::Dirac(p) => 1.0 / p,
         };
-        let shadow_ray = light.shadow_ray(vertex.surface.p, vertex.surface.ng);
+        let shadow_ray = scene.shadow_ray(&vertex.surface, &light);
         let masks = self.limit() - path.depth - 1;
         f_cos * light.radiance * scene.transmittance(&shadow_ray, masks) * weight
     }
@@ -261,6 +261,7 @@ impl PathTracer {
     #[inline]
     fn scatter<S: Sampler + ?Sized>(
         &self,
+        scene: &Scene,
         path: &mut Path,
         vertex: &Vertex,
         drawn: &BsdfSample,
@@ -283,7 +284,7 @@ impl PathTracer {
             }
             path.throughput = path.throughput / survival;
         }
-        path.ray = leave(vertex.surface.p, vertex.surface.ng, vertex.surface.frame.to_world(drawn.wi));
+        path.ray = scene.leave(&vertex.surface, vertex.surface.frame.to_world(drawn.wi));
         !path.throughput.is_black()
     }
 }

@@ -9,11 +9,10 @@ mod points;
 
 use glam::{DVec2, DVec3};
 
-use super::bvh::offset_origin;
+use super::BuildError;
 use super::geometry::{Surface, Surfaces};
 use super::light::Light;
 use super::shape::Shape;
-use super::{BuildError, Ray};
 use crate::bsdf::Density;
 use crate::math::color::Rgb;
 use crate::sampling::discrete::AliasTable;
@@ -42,23 +41,7 @@ pub struct LightSample {
     /// The density of the draw, the choice of the emitter included.
     pub density: Density,
     /// The point of the emitter and its normal, if it is not infinitely far.
-    target: Option<(DVec3, DVec3)>,
-}
-
-impl LightSample {
-    /// The ray from a point of a surface with normal `ng` to the emitter, both ends moved off the surfaces.
-    #[inline]
-    pub fn shadow_ray(&self, p: DVec3, ng: DVec3) -> Ray {
-        let origin = offset_origin(p, ng, self.wi);
-        match self.target {
-            None => Ray::new(origin, self.wi),
-            Some((q, nq)) => {
-                let way = offset_origin(q, nq, -self.wi) - origin;
-                let distance = way.length();
-                Ray::up_to(origin, way / distance, distance)
-            }
-        }
-    }
+    pub(super) target: Option<(DVec3, DVec3)>,
 }
 
 #[derive(Clone, Debug)]
