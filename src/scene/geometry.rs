@@ -123,7 +123,11 @@ impl Surfaces {
         Ok(Self { positions, triangles, records, attributes, quadrics, triangle_bvh, quadric_bvh })
     }
 
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
+    )]
+    #[inline(always)]
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.triangle_bvh.closest(ray);
         let hit = hit.map(|hit| Hit { t: hit.t, primitive: hit.triangle, b1: hit.b1, b2: hit.b2 });
@@ -144,7 +148,11 @@ impl Surfaces {
     }
 
     /// The point of the surface where `ray` has met it. `tangent` asks for a frame along ∂p/∂u.
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
+    )]
+    #[inline(always)]
     pub(super) fn surface(&self, ray: &Ray, hit: &Hit, tangent: impl Fn(usize) -> bool) -> Surface {
         let at = hit.primitive as usize;
         let p = ray.at(hit.t);

@@ -44,7 +44,7 @@ impl SphericalRectangle {
             z_axis = -z_axis;
         }
         let high = DVec2::new(low.x + width, low.y + height);
-        let inverse = |a: f64| a / a.hypot(low.z);
+        let inverse = |a: f64| a / (a * a + low.z * low.z).sqrt();
         let (n0, n1, n2, n3) = (-inverse(low.y), inverse(high.x), inverse(high.y), -inverse(low.x));
         let lost = |a: f64, b: f64| (a * b).clamp(-1.0, 1.0).asin();
         let (g2, g3) = (lost(n2, n3), lost(n3, n0));
@@ -65,13 +65,14 @@ impl SphericalRectangle {
         let z0 = self.low.z;
         let (sin, cos) = (u.x * self.solid_angle + self.turn).sin_cos();
         let f = (cos * self.edges.x - self.edges.y) / sin;
-        let c = (1.0_f64.copysign(f) / f.hypot(self.edges.x)).clamp(-1.0, 1.0);
+        let c = (1.0_f64.copysign(f) / (f * f + self.edges.x * self.edges.x).sqrt()).clamp(-1.0, 1.0);
         let x = (-c * z0 / ((1.0 - c) * (1.0 + c)).sqrt()).clamp(self.low.x, self.high.x);
         let x = if x.is_nan() { self.low.x } else { x };
-        let d = x.hypot(z0);
-        let (h0, h1) = (self.low.y / d.hypot(self.low.y), self.high.y / d.hypot(self.high.y));
+        let d2 = x * x + z0 * z0;
+        let sine = |y: f64| y / (d2 + y * y).sqrt();
+        let (h0, h1) = (sine(self.low.y), sine(self.high.y));
         let h = h0 + u.y * (h1 - h0);
-        let y = (h * d / ((1.0 - h) * (1.0 + h)).sqrt()).clamp(self.low.y, self.high.y);
+        let y = (h * (d2 / ((1.0 - h) * (1.0 + h))).sqrt()).clamp(self.low.y, self.high.y);
         let y = if y.is_nan() { self.high.y } else { y };
         self.origin + x * self.x_axis + y * self.y_axis + z0 * self.z_axis
     }
