@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use super::scenes::ScenesArgs;
 use crate::validate::Suite;
 
 const SUBJECTS: &str = "\
@@ -56,6 +57,9 @@ pub(super) enum Command {
         depend on N.\n\nExamples:\n  whitefurnace sample ggx:alpha=0.3 --wo 60,0 -n 1000 --format csv > draws.csv\n  \
         whitefurnace sample burley:rho=0.8,roughness=1 --wo 80,0 -n 5 --seed 7"))]
     Sample(SampleArgs),
+    /// Lists every built-in scene with its parameters, and what is known about it in closed form
+    #[command(after_help = "Examples:\n  whitefurnace scenes\n  whitefurnace scenes --json | jq -r '.scenes[].name'")]
+    Scenes(ScenesArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,

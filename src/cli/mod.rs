@@ -10,6 +10,7 @@ mod eval;
 mod job;
 mod list;
 mod sample;
+mod scenes;
 mod selftest;
 mod subjects;
 mod validate;
@@ -65,6 +66,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Albedo(args) => albedo::run(&job::albedo(args)?, &mut out),
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
+        Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.

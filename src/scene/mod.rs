@@ -1,5 +1,6 @@
 //! Scenes: shapes, materials, lights and a camera, and the rays that are cast among them.
 
+pub mod builtin;
 pub mod bvh;
 pub mod camera;
 pub mod description;
