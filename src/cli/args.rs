@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::validate::Suite;
 
@@ -60,6 +61,9 @@ pub(super) enum Command {
     /// Lists every built-in scene with its parameters, and what is known about it in closed form
     #[command(after_help = "Examples:\n  whitefurnace scenes\n  whitefurnace scenes --json | jq -r '.scenes[].name'")]
     Scenes(ScenesArgs),
+    /// Renders a scene by path tracing
+    #[command(after_help = render::HELP)]
+    Render(RenderArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -192,7 +196,7 @@ fn mu(text: &str) -> Result<f64, String> {
     number(text, "a number in (0, 1]", |x| x > 0.0 && x <= 1.0)
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, "a number > 0", |x| x > 0.0)
 }
 
@@ -200,7 +204,7 @@ fn finite(text: &str) -> Result<f64, String> {
     number(text, "a finite number of degrees", |_| true)
 }
 
-fn seed(text: &str) -> Result<u64, String> {
+pub(super) fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("allowed is a whole number from 0 to {}", u64::MAX))
 }
 

@@ -9,7 +9,9 @@ mod args;
 mod eval;
 mod job;
 mod list;
+mod render;
 mod sample;
+mod scene_source;
 mod scenes;
 mod selftest;
 mod subjects;
@@ -67,6 +69,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
         Command::Scenes(args) => scenes::run(&args, &mut out),
+        Command::Render(args) => render::run(&args, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.
