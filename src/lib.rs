@@ -53,9 +53,10 @@ pub mod prelude {
     pub use crate::bsdf::measured::{Abc, Sgd, SgdParams};
     pub use crate::bsdf::{
         AshikhminShirley, Beckmann, Blinn, BlinnPhong, BlinnPhongNorm, Bsdf, BsdfSample, Burley, Compensation, Density,
-        Dielectric, Disney, DisneyParams, Eon, FnBsdf, Fon, Fresnel, Ggx, Lambert, Lobes, LommelSeeliger, Masking,
-        Minnaert, Mix, Null, OrenNayar, ParamError, Phong, PhongNorm, RoughDielectric, Sampling, SpecularReflector,
-        ThinDielectric, TwoSided, Uniforms, Ward, WardVariant,
+        Dielectric, Disney, DisneyParams, Eon, FnBsdf, Fon, Fresnel, Ggx, InternalReflectance, Lambert, Lobes,
+        LommelSeeliger, Masking, Minnaert, Mix, Null, OrenNayar, ParamError, Phong, PhongNorm, Plastic,
+        RoughDielectric, RoughPlastic, Sampling, SpecularReflector, ThinDielectric, TwoSided, Uniforms, Ward,
+        WardVariant,
     };
     pub use crate::integrate::{Estimate, Hemisphere, Integral, Side};
     pub use crate::math::color::Rgb;

@@ -4,7 +4,7 @@ use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
 use super::{
     Bsdf, ashikhmin_shirley, blinn_phong, burley, dielectric, disney, eon, fon, lambert, lommel_seeliger, microfacet,
-    minnaert, mix, null, oren_nayar, phong, specular, thin_dielectric, ward,
+    minnaert, mix, null, oren_nayar, phong, plastic, specular, thin_dielectric, ward,
 };
 
 /// One model of the catalog. Each model's file defines its own.
@@ -69,6 +69,8 @@ pub static MODELS: &[Entry] = &[
     dielectric::ENTRY,
     thin_dielectric::ENTRY,
     microfacet::ROUGH_DIELECTRIC,
+    plastic::ENTRY,
+    microfacet::ROUGH_PLASTIC,
     null::ENTRY,
     mix::ENTRY,
 ];

@@ -19,6 +19,7 @@ use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 pub mod catalog;
+pub mod ior;
 pub mod measured;
 pub mod microfacet;
 pub mod subject;
@@ -43,6 +44,7 @@ mod null;
 mod oren_nayar;
 mod param;
 mod phong;
+mod plastic;
 mod refraction;
 mod specular;
 mod thin_dielectric;
@@ -63,7 +65,7 @@ pub use lambert::Lambert;
 pub use lommel_seeliger::LommelSeeliger;
 pub use microfacet::{
     Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet,
-    RoughDielectric, Sampling,
+    RoughDielectric, RoughPlastic, Sampling,
 };
 pub use minnaert::Minnaert;
 pub use mix::Mix;
@@ -71,6 +73,7 @@ pub use null::Null;
 pub use oren_nayar::OrenNayar;
 pub use param::{Domain, ParamError};
 pub use phong::{Phong, PhongNorm, phong_a, phong_t};
+pub use plastic::{InternalReflectance, Plastic};
 pub use specular::SpecularReflector;
 pub use thin_dielectric::ThinDielectric;
 pub use two_sided::TwoSided;

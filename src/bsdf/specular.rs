@@ -33,8 +33,12 @@ impl SpecularReflector {
     /// A polished metal of index `eta` in [1e-3, 1e3] and extinction coefficient `k` in [0, 1e3], relative to the
     /// exterior.
     pub fn conductor(eta: impl Into<Rgb>, k: impl Into<Rgb>) -> Result<Self, ParamError> {
-        let fresnel = Fresnel::Conductor { eta: eta.into(), k: k.into() }.validated("conductor")?;
-        Ok(Self { rho: Rgb::WHITE, fresnel })
+        Self::new(Fresnel::Conductor { eta: eta.into(), k: k.into() })
+    }
+
+    /// Any reflectance of the cosine, such as that of a [named metal](super::ior::metal).
+    pub fn new(fresnel: Fresnel) -> Result<Self, ParamError> {
+        Ok(Self { rho: Rgb::WHITE, fresnel: fresnel.validated("conductor")? })
     }
 
     /// The same with its reflectance multiplied by `rho` in [0, 1] per channel.

@@ -113,6 +113,30 @@ impl<N: Normals> RoughDielectric<N> {
         4.0 * Microfacet::<N>::visibility(self.masking, area_o, area_i, wo, wi)
     }
 
+    /// What the facet with the unit normal `m` reflects and transmits of the light that `wo` sees, per solid angle of m:
+    /// f |wi.z| dwi/dm of both lobes without tints. `wo` and `m` above; `eta` is relative to the side of `wo`.
+    pub(super) fn shares_of(&self, wo: DVec3, m: DVec3, eta: f64) -> [f64; 2] {
+        let c = wo.dot(m);
+        if c <= 0.0 {
+            return [0.0; 2];
+        }
+        let (f, seen) = (fresnel::dielectric(eta, c), self.normals.d(m) * c);
+        let reflected = Some(2.0 * c * m - wo).filter(|wi| wi.z > 0.0);
+        let refracted = refract(wo, m, eta).filter(|wi| wi.z < 0.0);
+        [(f, reflected), (1.0 - f, refracted)]
+            .map(|(share, wi)| wi.map_or(0.0, |wi| share * seen * self.visibility(wo, wi) * wi.z.abs()))
+    }
+
+    /// The facets' normals.
+    pub(super) fn into_normals(self) -> N {
+        self.normals
+    }
+
+    /// The index of the interior over the exterior.
+    pub(super) fn index(&self) -> f64 {
+        self.eta
+    }
+
     /// Both directions as seen from the side of `wo`, and the index of the far side over the near one.
     #[inline]
     fn upright(&self, wo: DVec3, wi: DVec3) -> Option<(DVec3, DVec3, f64)> {
@@ -302,34 +326,34 @@ mod tests {
 
     /// f and pdf of `roughdielectric` (int_ior 1.5, ext_ior 1) in Mitsuba 3.9.1, variant scalar_rgb: (θo, φo, θi, φi)
     /// in degrees of our `wo` and `wi`, f, pdf. It carries radiance: where light crosses, f · (η_i/η_o)² is ours.
-    type Published = [((f64, f64, f64, f64), f64, f64); 6];
+    type Published = [([f64; 4], f64, f64); 6];
     const MITSUBA_GGX: Published = [
-        ((30.0, 10.0, 40.0, 200.0), 0.0452002156, 0.0351654813),
-        ((30.0, 10.0, 155.0, 185.0), 4.82119037, 9.87920094),
-        ((60.0, 0.0, 140.0, 170.0), 2.74286997, 4.80135345),
-        ((150.0, 20.0, 30.0, 200.0), 3.22563695, 1.25079107),
-        ((150.0, 20.0, 160.0, 210.0), 0.0406962045, 0.0383555666),
-        ((130.0, 0.0, 80.0, 170.0), 4.10032976, 0.47048381),
+        ([30.0, 10.0, 40.0, 200.0], 0.0452002156, 0.0351654813),
+        ([30.0, 10.0, 155.0, 185.0], 4.82119037, 9.87920094),
+        ([60.0, 0.0, 140.0, 170.0], 2.74286997, 4.80135345),
+        ([150.0, 20.0, 30.0, 200.0], 3.22563695, 1.25079107),
+        ([150.0, 20.0, 160.0, 210.0], 0.0406962045, 0.0383555666),
+        ([130.0, 0.0, 80.0, 170.0], 4.10032976, 0.47048381),
     ];
     const MITSUBA_BECKMANN: Published = [
-        ((30.0, 10.0, 40.0, 200.0), 0.0993722871, 0.0761235878),
-        ((60.0, 0.0, 140.0, 170.0), 3.0884582, 5.32326652),
-        ((150.0, 20.0, 30.0, 200.0), 0.0391741549, 0.0150781386),
-        ((120.0, 0.0, 120.0, 180.0), 7.95774698, 3.97887349),
-        ((80.0, 0.0, 80.0, 180.0), 23.5990956, 4.26641464),
-        ((130.0, 0.0, 80.0, 170.0), 5.10046981, 0.409822166),
+        ([30.0, 10.0, 40.0, 200.0], 0.0993722871, 0.0761235878),
+        ([60.0, 0.0, 140.0, 170.0], 3.0884582, 5.32326652),
+        ([150.0, 20.0, 30.0, 200.0], 0.0391741549, 0.0150781386),
+        ([120.0, 0.0, 120.0, 180.0], 7.95774698, 3.97887349),
+        ([80.0, 0.0, 80.0, 180.0], 23.5990956, 4.26641464),
+        ([130.0, 0.0, 80.0, 170.0], 5.10046981, 0.409822166),
     ];
     const MITSUBA_ANISOTROPIC_GGX: Published = [
-        ((30.0, 10.0, 40.0, 200.0), 0.0575487831, 0.0442976579),
-        ((30.0, 10.0, 155.0, 185.0), 0.506325746, 1.03312051),
-        ((60.0, 0.0, 140.0, 170.0), 2.58803947, 4.4721179),
-        ((150.0, 20.0, 30.0, 200.0), 0.17237946, 0.0665008351),
-        ((120.0, 0.0, 120.0, 180.0), 7.84057236, 3.94947124),
-        ((130.0, 0.0, 80.0, 170.0), 1.3469872, 0.114946434),
+        ([30.0, 10.0, 40.0, 200.0], 0.0575487831, 0.0442976579),
+        ([30.0, 10.0, 155.0, 185.0], 0.506325746, 1.03312051),
+        ([60.0, 0.0, 140.0, 170.0], 2.58803947, 4.4721179),
+        ([150.0, 20.0, 30.0, 200.0], 0.17237946, 0.0665008351),
+        ([120.0, 0.0, 120.0, 180.0], 7.84057236, 3.94947124),
+        ([130.0, 0.0, 80.0, 170.0], 1.3469872, 0.114946434),
     ];
 
     fn assert_as_published(model: &dyn Bsdf, published: &Published, tol: f64) {
-        for &((theta_o, phi_o, theta_i, phi_i), f, pdf) in published {
+        for &([theta_o, phi_o, theta_i, phi_i], f, pdf) in published {
             let at = |theta: f64, phi: f64| direction(theta.to_radians(), phi.to_radians());
             let (wo, wi) = (at(theta_o, phi_o), at(theta_i, phi_i));
             let square = |w: DVec3| if w.z < 0.0 { 2.25 } else { 1.0 };

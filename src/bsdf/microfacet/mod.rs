@@ -34,16 +34,20 @@ mod dielectric;
 mod energy;
 mod entry;
 mod ggx;
+mod plastic;
+mod transmittance;
 
 pub use beckmann::{Beckmann, BeckmannNormals};
 pub use blinn::{Blinn, BlinnNormals};
 pub use dielectric::RoughDielectric;
 pub use ggx::{Ggx, GgxNormals};
+pub use plastic::RoughPlastic;
 
 pub(super) use beckmann::ENTRY as BECKMANN;
 pub(super) use blinn::ENTRY as BLINN;
 pub(super) use dielectric::ENTRY as ROUGH_DIELECTRIC;
 pub(super) use ggx::ENTRY as GGX;
+pub(super) use plastic::ENTRY as ROUGH_PLASTIC;
 
 use energy::LossTable;
 
