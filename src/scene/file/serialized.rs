@@ -125,7 +125,8 @@ impl Stream<'_> {
             self.skip_name()?;
         }
         let (vertices, triangles) = (self.number()?, self.number()?);
-        let per_vertex = 3 + 3 * u64::from(flags & 1 != 0) + 2 * u64::from(flags & 2 != 0) + 3 * u64::from(flags & 8 != 0);
+        let per_vertex =
+            3 + 3 * u64::from(flags & 1 != 0) + 2 * u64::from(flags & 2 != 0) + 3 * u64::from(flags & 8 != 0);
         let needed = vertices.saturating_mul(per_vertex * if wide { 8 } else { 4 });
         let needed = needed.saturating_add(triangles.saturating_mul(12));
         let room = self.size.saturating_mul(BEST_COMPRESSION);

@@ -49,11 +49,7 @@ pub(super) fn sphere(
     Ok(Geometry::Sphere { centre: to_world.transform_point3(centre), radius })
 }
 
-pub(super) fn cylinder(
-    context: &Context<'_>,
-    props: &Props<'_>,
-    to_world: &DAffine3,
-) -> Result<Geometry, SceneError> {
+pub(super) fn cylinder(context: &Context<'_>, props: &Props<'_>, to_world: &DAffine3) -> Result<Geometry, SceneError> {
     let from = props.vector("p0")?.unwrap_or(DVec3::ZERO);
     let to = props.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = props.positive("radius", 1.0)?;

@@ -1,11 +1,12 @@
 //! Materials.
 //!
-//! Microfacets mask separably, G1(wo) G1(wi), and are drawn among the visible ones, as in Mitsuba. What it computes with
-//! fits of 0.1 % to 1 % (Beckmann's masking, the internal reflectance of plastic) is exact here.
+//! Microfacets mask separably, G1(wo) G1(wi), and are drawn among the visible ones, as in Mitsuba. Its fit of Beckmann's
+//! masking, good to 0.35 %, is exact here; its internal reflectance of plastic is kept.
 
 mod dielectric;
 mod legacy;
 mod metal;
+mod plastic;
 mod textured;
 mod tinted;
 
@@ -167,6 +168,8 @@ fn surface(context: &Context<'_>, id: NodeId, depth: usize) -> Result<Surface, S
         "dielectric" => dielectric::smooth(context, &props)?.into(),
         "thindielectric" => dielectric::thin(context, &props)?.into(),
         "roughdielectric" => dielectric::rough(context, &props)?.into(),
+        "plastic" => plastic::smooth(context, &props)?.into(),
+        "roughplastic" => plastic::rough(context, &props)?.into(),
         "null" => Model::Uniform(Arc::new(Null)).into(),
         "phong" => legacy::phong(context, &props)?.into(),
         "ward" => legacy::ward(context, &props)?.into(),
