@@ -6,6 +6,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::bsdf::ParamError;
+use crate::image::ImageError;
 use crate::scene::mesh::MeshError;
 
 /// The longest piece of a file that an error repeats, in characters.
@@ -149,6 +150,14 @@ pub enum SceneError {
         place: Place,
         /// What does not fit.
         source: MeshError,
+    },
+    /// An image that cannot be read.
+    #[error("{place}: {source}")]
+    Image {
+        /// Where it is asked for.
+        place: Place,
+        /// Why.
+        source: Box<ImageError>,
     },
     /// A parameter outside the domain of a model of reflection.
     #[error("{place}: {source}")]

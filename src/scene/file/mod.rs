@@ -8,6 +8,7 @@ mod error;
 mod mitsuba;
 mod obj;
 mod ply;
+mod serialized;
 mod source;
 
 use std::cell::RefCell;

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use crate::scene::file::Notes;
 use crate::scene::file::error::{Place, SceneError, listed, one_line, quoted};
 use crate::scene::file::source;
 
@@ -65,9 +66,18 @@ pub(super) struct Document {
 
 impl Document {
     /// Reads `path`, with the values of `params` in place of those that the file declares.
-    pub(super) fn read(path: &Path, params: &[(String, String)]) -> Result<Self, SceneError> {
+    pub(super) fn read(path: &Path, params: &[(String, String)], notes: &Notes) -> Result<Self, SceneError> {
         let given = params.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
-        let mut reader = Reader { document: Self::default(), values: given, ..Reader::default() };
+        let mut reader = Reader {
+            document: Self::default(),
+            notes,
+            values: given,
+            used: BTreeSet::new(),
+            substituted: 0,
+            open: Vec::new(),
+            includes: 0,
+            aliases: Vec::new(),
+        };
         reader.document.folders.extend(path.parent().map(Path::to_path_buf));
         reader.document.roots = reader.file(path, None)?;
         if let Some((unknown, _)) = params.iter().find(|(name, _)| !reader.used.contains(name)) {
@@ -114,9 +124,9 @@ impl Document {
 }
 
 /// Reads files one into another.
-#[derive(Default)]
-struct Reader {
+struct Reader<'n> {
     document: Document,
+    notes: &'n Notes,
     values: BTreeMap<String, String>,
     /// The parameters that the files declare or use.
     used: BTreeSet<String>,
@@ -129,7 +139,7 @@ struct Reader {
     aliases: Vec<(String, String, Place)>,
 }
 
-impl Reader {
+impl Reader<'_> {
     /// The children of the root of `path`.
     fn file(&mut self, path: &Path, asked: Option<&Place>) -> Result<Vec<NodeId>, SceneError> {
         let real = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -256,7 +266,16 @@ impl Reader {
                 // What <default> names is text of the file's own.
                 "name" if node.tag != "default" => node.name = snake_case(&value),
                 "id" if node.tag != "alias" => node.id = value,
-                name => node.attributes.push((name.to_string(), value)),
+                name => {
+                    if let Some(known) = attributes_of(&node.tag).filter(|known| !known.contains(&name)) {
+                        let place = self.document.place(&node);
+                        let what = format!("the attribute {} of <{}>", quoted(name), node.tag);
+                        let known = listed(["type", "name", "id"].iter().chain(known).copied());
+                        let error = SceneError::Unsupported { place, what, known };
+                        self.notes.unsupported(error, "it is ignored")?;
+                    }
+                    node.attributes.push((name.to_string(), value));
+                }
             }
         }
         Ok(node)
@@ -332,6 +351,23 @@ impl Reader {
             allowed: format!("<{} {attribute}=\"…\"/>", node.tag),
         })
     }
+}
+
+/// The attributes that an element may have besides type, name and id. None for an element that is refused later.
+fn attributes_of(tag: &str) -> Option<&'static [&'static str]> {
+    Some(match tag {
+        "float" | "integer" | "boolean" | "string" | "rgb" | "srgb" | "matrix" | "path" => &["value"],
+        "default" => &["name", "value"],
+        "spectrum" => &["value", "filename"],
+        "point" | "vector" | "translate" | "scale" => &["value", "x", "y", "z"],
+        "rotate" => &["value", "x", "y", "z", "angle"],
+        "lookat" => &["origin", "target", "up"],
+        "include" => &["filename"],
+        "alias" => &["id", "as"],
+        "ref" | "transform" => &[],
+        _ if super::props::OBJECTS.contains(&tag) => &["version"],
+        _ => return None,
+    })
 }
 
 fn malformed(path: &Path, error: &roxmltree::Error) -> SceneError {

@@ -1,14 +1,15 @@
 //! Lights that are no surfaces.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::Context;
 use super::colour::Role;
 use super::document::NodeId;
 use super::props::Props;
+use super::texture::{self, Pixels};
 use crate::math::color::Rgb;
 use crate::scene::file::error::SceneError;
-use crate::scene::light::Light;
+use crate::scene::light::{EnvironmentMap, Light};
 
 const KNOWN: [&str; 6] = ["area (in a shape)", "constant", "directional", "envmap", "point", "spot"];
 
@@ -60,6 +61,7 @@ pub(super) fn add(context: &Context<'_>, id: NodeId) -> Result<(), SceneError> {
             };
             Light::Directional { direction: direction(&props, along)?, irradiance: colour("irradiance")? }
         }
+        "envmap" => Light::Environment(environment(&props, context)?),
         _ => {
             context.notes.unsupported(props.unknown_kind(&KNOWN), "it is left out")?;
             return Ok(());
@@ -68,6 +70,25 @@ pub(super) fn add(context: &Context<'_>, id: NodeId) -> Result<(), SceneError> {
     props.finish(context.notes)?;
     context.lights.borrow_mut().push(light);
     Ok(())
+}
+
+fn environment(props: &Props<'_>, context: &Context<'_>) -> Result<EnvironmentMap, SceneError> {
+    let Some(file) = props.string("filename")? else {
+        return Err(props.missing("filename", "the name of an image"));
+    };
+    let path = context.document.find_file(props.node, file);
+    let scale = props.float("scale", 1.0)?;
+    if !(0.0..=f64::MAX).contains(&scale) {
+        return Err(props.bad("scale", &scale.to_string(), "a number ≥ 0"));
+    }
+    let to_world = props.transform("to_world")?.map_or(DMat3::IDENTITY, |map| map.matrix3);
+    // 1e-3: exporters write matrices with five digits.
+    if !(to_world.transpose() * to_world).abs_diff_eq(DMat3::IDENTITY, 1e-3) {
+        return Err(props.bad("to_world", "a map that distorts", "a rotation"));
+    }
+    props.no_effect(&["mis_compensation", "cache"]);
+    let Pixels { rgb, width, height } = texture::read_pixels(props, &path, false)?;
+    Ok(EnvironmentMap { pixels: rgb, width, height, to_world, scale })
 }
 
 fn direction(props: &Props<'_>, along: DVec3) -> Result<DVec3, SceneError> {

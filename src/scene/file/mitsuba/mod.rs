@@ -8,13 +8,14 @@ mod bsdf;
 mod colour;
 mod document;
 mod emitter;
+mod primitive;
 mod props;
 mod settings;
 mod shape;
-mod tinted;
+mod texture;
 mod transform;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -33,7 +34,13 @@ struct Context<'a> {
     notes: &'a Notes,
     materials: RefCell<Vec<Material>>,
     /// The materials of elements that are built already.
-    material_of: RefCell<BTreeMap<NodeId, usize>>,
+    material_of: RefCell<BTreeMap<NodeId, bsdf::Built>>,
+    /// What the material being built needs.
+    uses: Cell<bsdf::Uses>,
+    /// Images as they are in their files, and whether as stored.
+    pixels: RefCell<BTreeMap<(PathBuf, bool), texture::Pixels>>,
+    /// The triangles so far.
+    triangles: Cell<usize>,
     /// Meshes as they are in their files.
     meshes: RefCell<BTreeMap<(PathBuf, String), shape::Loaded>>,
     shapes: RefCell<Vec<Shape>>,
@@ -42,12 +49,15 @@ struct Context<'a> {
 
 /// Reads the scene in `path`.
 pub(super) fn load(path: &Path, options: &LoadOptions, notes: &Notes) -> Result<SceneDescription, SceneError> {
-    let document = Document::read(path, &options.params)?;
+    let document = Document::read(path, &options.params, notes)?;
     let context = Context {
         document: &document,
         notes,
         materials: RefCell::default(),
         material_of: RefCell::default(),
+        uses: Cell::default(),
+        pixels: RefCell::default(),
+        triangles: Cell::default(),
         meshes: RefCell::default(),
         shapes: RefCell::default(),
         lights: RefCell::default(),
@@ -59,7 +69,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions, notes: &Notes) -> Result<
         let id = document.resolve(root)?;
         let node = document.node(id);
         match node.tag.as_str() {
-            "shape" => shape::add(&context, id)?,
+            "shape" => shape::add(&context, id, None)?,
             "emitter" if node.kind == "area" => {}
             "emitter" => emitter::add(&context, id)?,
             "sensor" => sensors.push(id),

@@ -10,7 +10,7 @@ use crate::scene::file::Notes;
 use crate::scene::file::error::{Place, SceneError, listed, quoted};
 
 /// Elements that are objects of their own, not values.
-const OBJECTS: [&str; 12] = [
+pub(super) const OBJECTS: [&str; 12] = [
     "bsdf",
     "emitter",
     "film",
@@ -143,6 +143,13 @@ impl<'d> Props<'d> {
     pub(super) fn optional_float(&self, name: &'static str) -> Result<Option<f64>, SceneError> {
         let Some(text) = self.value(name, &["float", "integer"])? else { return Ok(None) };
         number(text).map(Some).ok_or_else(|| self.bad(name, text, "a finite number"))
+    }
+
+    /// The number `name`, if there is something of this name and it is a number.
+    pub(super) fn number(&self, name: &'static str) -> Result<Option<f64>, SceneError> {
+        let child = self.children.iter().find(|child| child.name == name);
+        let is_text = child.is_some_and(|child| self.document.node(child.id).tag == "string");
+        if is_text { Ok(None) } else { self.optional_float(name) }
     }
 
     pub(super) fn float(&self, name: &'static str, default: f64) -> Result<f64, SceneError> {
