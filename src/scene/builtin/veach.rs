@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::Builtin;
 use super::parts::{emitting, placed, scene, shape};
-use crate::bsdf::{Beckmann, Bsdf, BsdfSample, Fresnel, Lobes, ParamError, Uniforms};
+use crate::bsdf::{Beckmann, Fresnel, Masking, ParamError};
 use crate::math::color::Rgb;
 use crate::scene::{Camera, FilterKind, Geometry, Material, RenderSettings};
 
@@ -69,29 +69,8 @@ pub(super) const MIS: Builtin = Builtin {
     },
 };
 
-fn plate(alpha: f64) -> Result<Tinted, ParamError> {
-    Ok(Tinted(Beckmann::new(alpha)?.with_fresnel(Fresnel::Conductor { eta: ETA, k: K })?))
-}
-
 /// A conductor that reflects less than physics says, by [`TINT`].
-#[derive(Debug)]
-struct Tinted(Beckmann);
-
-impl Bsdf for Tinted {
-    fn eval(&self, wo: DVec3, wi: DVec3) -> Rgb {
-        self.0.eval(wo, wi) * TINT
-    }
-
-    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        self.0.pdf(wo, wi)
-    }
-
-    fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
-        let drawn = self.0.sample(wo, u)?;
-        Some(BsdfSample { weight: drawn.weight * TINT, ..drawn })
-    }
-
-    fn lobes(&self) -> Lobes {
-        self.0.lobes()
-    }
+fn plate(alpha: f64) -> Result<Beckmann, ParamError> {
+    let fresnel = Fresnel::Conductor { eta: ETA, k: K };
+    Beckmann::new(alpha)?.with_masking(Masking::Separable).with_fresnel(fresnel)?.with_tint(TINT)
 }

@@ -4,7 +4,6 @@ use super::super::Context;
 use super::super::colour::Role;
 use super::super::props::Props;
 use super::super::texture;
-use super::tinted::Tinted;
 use super::{Model, refused, textured};
 use crate::bsdf::{Beckmann, Fresnel, Ggx, Masking, ParamError, SpecularReflector, ior};
 use crate::math::color::Rgb;
@@ -27,19 +26,19 @@ pub(super) fn rough(context: &Context<'_>, props: &Props<'_>) -> Result<Model, S
     let tint = texture::find(context, props, "specular_reflectance", Role::Reflectance, 1.0)?;
     let alphas = alphas(context, props)?;
     let ggx = distribution(props)?;
-    if let (true, [Texture::Constant(u), Texture::Constant(v)], Texture::Constant(Rgb::WHITE)) = (ggx, &alphas, &tint) {
+    if let (true, [Texture::Constant(u), Texture::Constant(v)], Texture::Constant(tint)) = (ggx, &alphas, &tint) {
         let model = Ggx::anisotropic(u.0.x, v.0.x).map(|ggx| ggx.with_masking(Masking::Separable));
-        return model.and_then(|ggx| ggx.with_fresnel(fresnel)).map(Model::Ggx).map_err(refused(props));
+        let model = model.and_then(|ggx| ggx.with_fresnel(fresnel)).and_then(|ggx| ggx.with_tint(*tint));
+        return model.map(Model::Ggx).map_err(refused(props));
     }
     let [u, v] = alphas;
     textured::model(vec![u, v, tint], move |values| {
         let (u, v, tint) = (values.alpha(0), values.alpha(1), values.unit(2));
         Ok(if ggx {
-            let model = Ggx::anisotropic(u, v)?.with_masking(Masking::Separable).with_fresnel(fresnel)?;
-            Box::new(Tinted { model, tint })
+            Box::new(Ggx::anisotropic(u, v)?.with_masking(Masking::Separable).with_fresnel(fresnel)?.with_tint(tint)?)
         } else {
             let model = Beckmann::anisotropic(u, v)?.with_masking(Masking::Separable).with_fresnel(fresnel)?;
-            Box::new(Tinted { model, tint })
+            Box::new(model.with_tint(tint)?)
         })
     })
     .map_err(refused(props))

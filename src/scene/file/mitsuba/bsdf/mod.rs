@@ -8,7 +8,6 @@ mod legacy;
 mod metal;
 mod plastic;
 mod textured;
-mod tinted;
 
 use std::sync::Arc;
 
