@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use super::compare::{self, CompareArgs};
 use crate::validate::Suite;
 
 const SUBJECTS: &str = "\
@@ -56,6 +57,9 @@ pub(super) enum Command {
         depend on N.\n\nExamples:\n  whitefurnace sample ggx:alpha=0.3 --wo 60,0 -n 1000 --format csv > draws.csv\n  \
         whitefurnace sample burley:rho=0.8,roughness=1 --wo 80,0 -n 5 --seed 7"))]
     Sample(SampleArgs),
+    /// Compares two pictures: error metrics, and whether noise explains the difference
+    #[command(after_help = compare::HELP)]
+    Compare(CompareArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -180,7 +184,7 @@ fn number(text: &str, allowed: &str, good: impl Fn(f64) -> bool) -> Result<f64, 
     value.ok_or_else(|| format!("allowed is {allowed}"))
 }
 
-fn level(text: &str) -> Result<f64, String> {
+pub(super) fn level(text: &str) -> Result<f64, String> {
     number(text, "a number in (0, 1)", |x| x > 0.0 && x < 1.0)
 }
 

@@ -6,6 +6,7 @@
 
 mod albedo;
 mod args;
+mod compare;
 mod eval;
 mod job;
 mod list;
@@ -65,6 +66,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Albedo(args) => albedo::run(&job::albedo(args)?, &mut out),
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
+        Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.
