@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use super::compare::{self, CompareArgs};
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::validate::Suite;
@@ -64,6 +65,9 @@ pub(super) enum Command {
     /// Renders a scene by path tracing
     #[command(after_help = render::HELP)]
     Render(RenderArgs),
+    /// Compares two pictures: error metrics, and whether noise explains the difference
+    #[command(after_help = compare::HELP)]
+    Compare(CompareArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -188,7 +192,7 @@ fn number(text: &str, allowed: &str, good: impl Fn(f64) -> bool) -> Result<f64, 
     value.ok_or_else(|| format!("allowed is {allowed}"))
 }
 
-fn level(text: &str) -> Result<f64, String> {
+pub(super) fn level(text: &str) -> Result<f64, String> {
     number(text, "a number in (0, 1)", |x| x > 0.0 && x < 1.0)
 }
 

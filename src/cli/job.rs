@@ -71,7 +71,7 @@ pub(super) fn validate(args: ValidateArgs) -> anyhow::Result<Validate> {
     Ok(Validate { subjects: loaded, suite, json, html })
 }
 
-fn target(option: &str, path: PathBuf) -> anyhow::Result<Target> {
+pub(super) fn target(option: &str, path: PathBuf) -> anyhow::Result<Target> {
     let shown = path.display().to_string();
     // Found now, not after the minutes that the sheets may take.
     Target::new(path).map_err(|error| anyhow!("{option} {shown}: cannot be written: {error}"))

@@ -6,6 +6,7 @@
 
 mod albedo;
 mod args;
+mod compare;
 mod eval;
 mod job;
 mod list;
@@ -70,6 +71,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Render(args) => render::run(&args, &mut out),
+        Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.

@@ -91,6 +91,17 @@ impl Image {
         Ok(image)
     }
 
+    /// An image of 8-bit sRGB colours, row by row from the top.
+    ///
+    /// Error: `pixels` are not `width` x `height`.
+    pub fn from_srgb8(width: usize, height: usize, pixels: &[[u8; 3]]) -> Result<Self, ImageError> {
+        let mut image = Self::stored(width, height, Storage::Srgb8);
+        for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
+            image.push(name, pixels.iter().map(|pixel| f32::from(pixel[channel]) / 255.0).collect())?;
+        }
+        Ok(image)
+    }
+
     /// Adds the plane `name` of samples, row by row from the top.
     ///
     /// Error: their number is not that of the pixels, or there is such a plane already.

@@ -33,7 +33,7 @@ impl Style {
         self.paint("2", text)
     }
 
-    fn outcome(self, outcome: Outcome, text: &str) -> String {
+    pub(super) fn outcome(self, outcome: Outcome, text: &str) -> String {
         let code = match outcome {
             Outcome::Pass => "32",
             Outcome::Fail => "1;31",
