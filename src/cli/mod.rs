@@ -10,6 +10,7 @@ mod compare;
 mod eval;
 mod job;
 mod list;
+mod merge;
 mod sample;
 mod selftest;
 mod subjects;
@@ -67,6 +68,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
+        Command::Merge(args) => merge::run(merge::job(args)?, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.
