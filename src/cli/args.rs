@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use super::compare::{self, CompareArgs};
+use super::merge::{self, MergeArgs};
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::validate::Suite;
@@ -68,6 +69,9 @@ pub(super) enum Command {
     /// Compares two pictures: error metrics, and whether noise explains the difference
     #[command(after_help = compare::HELP)]
     Compare(CompareArgs),
+    /// Merges renderings of one scene: mean, variance and count of all samples together
+    #[command(after_help = merge::HELP)]
+    Merge(MergeArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -202,6 +206,11 @@ fn mu(text: &str) -> Result<f64, String> {
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, "a number > 0", |x| x > 0.0)
+}
+
+/// Brightness in stops: factors of 2.
+pub(super) fn stops(text: &str) -> Result<f64, String> {
+    number(text, "a number of stops from -100 to 100", |x| x.abs() <= 100.0)
 }
 
 fn finite(text: &str) -> Result<f64, String> {

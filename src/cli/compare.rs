@@ -18,7 +18,8 @@ use crate::report::text::Style;
 
 pub(super) const HELP: &str = "\
 Read are EXR, HDR, PFM, PNG and JPEG, told apart by content. The variance of each pixel's mean comes from, in this order:
-  --variance-a FILE --spp-a N  FILE holds the variance of one sample (as Mitsuba's tests keep it); A is the mean of N
+  --variance-a FILE --spp-a N  FILE holds the variance of one sample, as Mitsuba's tests keep it, at least 1e-4;
+                               A is the mean of N of them
   the file itself              planes Variance.R, .G, .B, as whitefurnace writes them
   --spp-a N                    A is the mean of N samples with the variance of B's: B's times its own count over N
 and likewise for B. Without any for both there is no z. A file without a variance beside one with it counts as exact.
@@ -158,7 +159,7 @@ fn noise_file(image: &Image, file: &Path, spp: f64) -> anyhow::Result<(Noise, St
         let name = file.display();
         bail!("{name}: {} x {} pixels are no variance of {} x {}", size.0, size.1, expected.0, expected.1);
     }
-    let source = format!("variance of one sample in {}, over {spp}", file.display());
+    let source = format!("variance of one sample by a file of its own, over {spp}");
     Ok((noise_of_samples(&variance, spp), source))
 }
 

@@ -10,6 +10,7 @@ mod compare;
 mod eval;
 mod job;
 mod list;
+mod merge;
 mod render;
 mod sample;
 mod scene_source;
@@ -72,6 +73,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Render(args) => render::run(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
+        Command::Merge(args) => merge::run(merge::job(args)?, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.

@@ -1,9 +1,11 @@
 //! Rendering: estimators of the radiance along a ray, and the film that collects it.
 
+pub mod checkpoint;
 pub mod film;
 pub mod filter;
 pub mod path;
 pub mod progressive;
+pub mod provenance;
 
 use crate::math::color::Rgb;
 use crate::sampling::sampler::{Independent, Sampler};

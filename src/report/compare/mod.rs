@@ -126,6 +126,10 @@ impl Comparison {
     }
 }
 
+/// The least variance of one sample in a picture of them, as in Mitsuba's tests. Such pictures are differences of two
+/// estimates, E[x²] − E[x]², and come out as low as −0.4.
+pub const LEAST_VARIANCE: f64 = 1e-4;
+
 /// The noise that the planes Variance.R, .G and .B state, with the counts of the plane Samples where there is one.
 pub fn stated_noise(image: &Image) -> Option<Noise> {
     let [r, g, b] = image.variance()?;
@@ -135,9 +139,10 @@ pub fn stated_noise(image: &Image) -> Option<Noise> {
 }
 
 /// The noise of means of `spp` samples where `per_sample` is a picture of the variance of one sample, as Mitsuba's
-/// tests keep it. It counts as exact.
+/// tests keep it. It counts as exact, and as [`LEAST_VARIANCE`] where it is less.
 pub fn noise_of_samples(per_sample: &Image, spp: f64) -> Noise {
-    let pixel = |rgb: &[f32; 3]| rgb.map(|v| known(v) / spp);
+    let least = |v: f32| if v.is_nan() { f64::INFINITY } else { f64::from(v).max(LEAST_VARIANCE) };
+    let pixel = |rgb: &[f32; 3]| rgb.map(|v| least(v) / spp);
     Noise { variance: per_sample.pixels_rgb().iter().map(pixel).collect(), samples: None }
 }
 
@@ -259,7 +264,7 @@ mod tests {
     #[test]
     fn variances_of_samples_become_those_of_means() {
         let per_sample = side(&[4.0, -1.0], None).image;
-        assert_eq!(noise_of_samples(&per_sample, 16.0).variance, [[0.25; 3], [f64::INFINITY; 3]]);
+        assert_eq!(noise_of_samples(&per_sample, 16.0).variance, [[0.25; 3], [1e-4 / 16.0; 3]]);
         let scaled = noise_scaled(&noise_of_samples(&per_sample, 16.0), 16.0, 64.0);
         assert_eq!(scaled.variance[0], [0.0625; 3]);
     }

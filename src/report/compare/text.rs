@@ -29,7 +29,10 @@ pub fn comparison(result: &Comparison, sides: [&Side; 2], reference_first: bool,
     match &result.noise {
         Some(test) => text.push_str(&tests(test, style)),
         None if result.identical => text.push_str("no variance in either file, and none is needed\n"),
-        None => text.push_str("no variance in either file, so no z: give --variance-a FILE with --spp-a N, or a file with planes Variance.R, .G, .B\n"),
+        None => text.push_str(
+            "no variance in either file, so no z: that needs planes Variance.R, .G and .B,\nor --variance-a FILE with \
+             --spp-a N\n",
+        ),
     }
     let _ = writeln!(text, "\n{}", verdict(result, style));
     text
