@@ -1,6 +1,7 @@
 //! Rendering: estimators of the radiance along a ray, and the film that collects it.
 
 pub mod path;
+pub mod probe;
 pub mod progressive;
 
 use crate::math::color::Rgb;
