@@ -4,6 +4,7 @@ pub mod checkpoint;
 pub mod film;
 pub mod filter;
 pub mod path;
+pub mod probe;
 pub mod progressive;
 pub mod provenance;
 

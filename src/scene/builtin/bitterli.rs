@@ -79,11 +79,12 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::print_stderr, reason = "a test that skips says so")]
     fn the_geometry_is_that_of_the_published_file() {
         let data = std::env::var("WHITEFURNACE_DATA").unwrap_or_else(|_| "../shared/data".into());
         let path = std::path::Path::new(&data).join("scenes/bitterli/cornell-box/mitsuba_v3.xml");
         let Ok(text) = std::fs::read_to_string(&path) else {
-            println!("skipped: no file {}", path.display());
+            eprintln!("skipped: no file {}", path.display());
             return;
         };
         let ours = builtin("cornell-bitterli", &[]).unwrap().unwrap();

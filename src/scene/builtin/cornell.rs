@@ -195,11 +195,12 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::print_stderr, reason = "a test that skips says so")]
     fn the_colours_are_those_of_the_measured_spectra() {
         let data = std::env::var("WHITEFURNACE_DATA").unwrap_or_else(|_| "../shared/data".into());
         let folder = std::path::Path::new(&data).join("spectra");
         if !folder.join("cornell_box_reflectance.csv").exists() {
-            println!("skipped: no spectra at {}", folder.display());
+            eprintln!("skipped: no spectra at {}", folder.display());
             return;
         }
         let observer = |i| column(&folder.join("cie1931_2deg_1nm.csv"), i);
