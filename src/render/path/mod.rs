@@ -27,7 +27,7 @@ use super::Radiance;
 use crate::bsdf::{BsdfSample, Density, Lobes};
 use crate::math::color::Rgb;
 use crate::sampling::sampler::{Independent, Sampler};
-use crate::scene::{LightSampling, Ray, Scene, opaque_share};
+use crate::scene::{LightSampling, Ray, Scene, Surface, opaque_share};
 
 use vertex::Vertex;
 
@@ -138,55 +138,51 @@ impl PathTracer {
 
     fn trace<S: Sampler + ?Sized>(&self, scene: &Scene, ray: Ray, sampler: &mut S) -> Rgb {
         let mut path = Path { ray, throughput: Rgb::WHITE, depth: 0, last: Last::Sole };
-        let (seen, vertex) = self.arrive(scene, &mut path, sampler);
-        let Some(vertex) = vertex else { return seen };
-        if self.first_split <= 1 {
-            return seen + self.follow(scene, path, vertex, sampler);
-        }
+        let mut sum = Rgb::BLACK;
+        let Some(surface) = self.arrive(scene, &mut path, sampler, &mut sum) else { return sum };
+        let ways = self.first_split.max(1);
         let mut rest = Rgb::BLACK;
-        for _ in 0..self.first_split {
-            // The model may own what a texture made of it; its point is looked up afresh.
-            let again = Vertex::new(scene, &path.ray, vertex.surface);
-            rest += self.follow(scene, path, again, sampler);
+        for _ in 0..ways {
+            rest += self.follow(scene, path, surface, sampler);
         }
-        seen + rest / f64::from(self.first_split)
+        sum + rest / f64::from(ways)
     }
 
-    /// Casts the path's ray: the emission that it brings, and the surface from which it goes on, if it may.
+    /// Casts the path's ray: adds the emission that it finds to `sum`; the surface from which it goes on, if it may.
     #[allow(
         clippy::inline_always,
         reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
     )]
     #[inline(always)]
-    fn arrive<'a, S: Sampler + ?Sized>(
+    fn arrive<S: Sampler + ?Sized>(
         &self,
-        scene: &'a Scene,
+        scene: &Scene,
         path: &mut Path,
         sampler: &mut S,
-    ) -> (Rgb, Option<Vertex<'a>>) {
+        sum: &mut Rgb,
+    ) -> Option<Surface> {
         loop {
             let Some(surface) = scene.intersect(&path.ray) else {
-                let sky: Rgb =
-                    scene.emitters().escaped(path.ray.dir).map(|(l, pdf)| l * self.share(path.last, |_| pdf)).sum();
-                return (path.throughput * sky, None);
+                for (radiance, pdf) in scene.emitters().escaped(path.ray.dir) {
+                    *sum += path.throughput * radiance * self.share(path.last, |_| pdf);
+                }
+                return None;
             };
             if let Some(opacity) = scene.material_of(surface.shape).opacity()
                 && sampler.next_1d() >= opaque_share(opacity, &surface)
             {
                 path.depth += 1;
                 if path.depth > self.limit() {
-                    return (Rgb::BLACK, None);
+                    return None;
                 }
                 path.ray = scene.leave(&surface, path.ray.dir);
                 continue;
             }
-            let mut seen = Rgb::BLACK;
             if let Some((emitter, radiance)) = scene.emitters().emitted(&surface, -path.ray.dir) {
                 let pdf = |p| scene.emitters().pdf(self.light_sampling, emitter, p, path.ray.dir, &surface);
-                seen = path.throughput * radiance * self.share(path.last, pdf);
+                *sum += path.throughput * radiance * self.share(path.last, pdf);
             }
-            let goes_on = path.depth < self.limit();
-            return (seen, goes_on.then(|| Vertex::new(scene, &path.ray, surface)));
+            return (path.depth < self.limit()).then_some(surface);
         }
     }
 
@@ -204,11 +200,17 @@ impl PathTracer {
         }
     }
 
-    /// Everything that the path brings from `vertex` on.
-    fn follow<S: Sampler + ?Sized>(&self, scene: &Scene, mut path: Path, vertex: Vertex, sampler: &mut S) -> Rgb {
+    /// Everything that the path brings from `surface` on.
+    #[allow(
+        clippy::inline_always,
+        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
+    )]
+    #[inline(always)]
+    fn follow<S: Sampler + ?Sized>(&self, scene: &Scene, mut path: Path, from: Surface, sampler: &mut S) -> Rgb {
         let mut sum = Rgb::BLACK;
-        let mut vertex = vertex;
+        let mut surface = from;
         loop {
+            let vertex = Vertex::new(scene, &path.ray, &surface);
             if matches!(self.strategy, Strategy::Mis | Strategy::Direct) {
                 sum += path.throughput * self.connect(scene, &path, &vertex, sampler);
             }
@@ -224,10 +226,8 @@ impl PathTracer {
             if !self.scatter(scene, &mut path, &vertex, &drawn, sampler) {
                 return sum;
             }
-            let (seen, next) = self.arrive(scene, &mut path, sampler);
-            sum += seen;
-            match next {
-                Some(next) => vertex = next,
+            match self.arrive(scene, &mut path, sampler, &mut sum) {
+                Some(next) => surface = next,
                 None => return sum,
             }
         }
@@ -252,7 +252,7 @@ impl PathTracer {
             Density::SolidAngle(p) if self.strategy == Strategy::Mis => self.heuristic.weight(p, pdf) / p,
             Density::SolidAngle(p) | Density::Dirac(p) => 1.0 / p,
         };
-        let shadow_ray = scene.shadow_ray(&vertex.surface, &light);
+        let shadow_ray = scene.shadow_ray(vertex.surface, &light);
         let masks = self.limit() - path.depth - 1;
         f_cos * light.radiance * scene.transmittance(&shadow_ray, masks) * weight
     }
@@ -300,7 +300,7 @@ impl PathTracer {
             }
             path.throughput = path.throughput / survival;
         }
-        path.ray = scene.leave(&vertex.surface, vertex.surface.frame.to_world(drawn.wi));
+        path.ray = scene.leave(vertex.surface, vertex.frame.to_world(drawn.wi));
         !path.throughput.is_black()
     }
 }

@@ -10,7 +10,9 @@ use crate::scene::{LocalBsdf, Ray, Scene, Surface};
 /// A surface with its model of reflection, and the direction from which the path came.
 #[derive(Debug)]
 pub(super) struct Vertex<'a> {
-    pub(super) surface: Surface,
+    pub(super) surface: &'a Surface,
+    /// The frame in which the model is evaluated.
+    pub(super) frame: Frame,
     pub(super) bsdf: LocalBsdf<'a>,
     /// Local.
     wo: DVec3,
@@ -26,14 +28,15 @@ impl<'a> Vertex<'a> {
         reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
     )]
     #[inline(always)]
-    pub(super) fn new(scene: &'a Scene, ray: &Ray, mut surface: Surface) -> Self {
-        let mut wo = surface.frame.to_local(-ray.dir);
+    pub(super) fn new(scene: &'a Scene, ray: &Ray, surface: &'a Surface) -> Self {
+        let mut frame = surface.frame;
+        let mut wo = frame.to_local(-ray.dir);
         if wo.z * surface.ng.dot(-ray.dir) <= 0.0 {
-            surface.frame = Frame::about(surface.ng);
-            wo = surface.frame.to_local(-ray.dir);
+            frame = Frame::about(surface.ng);
+            wo = frame.to_local(-ray.dir);
         }
         let bsdf = scene.material_of(surface.shape).at(surface.uv, surface.color);
-        Self { surface, bsdf, wo }
+        Self { surface, frame, bsdf, wo }
     }
 
     /// f |cos| towards `wi` in the world, and the density [1/sr] with which [`Vertex::sample`] draws it. Black where
@@ -44,7 +47,7 @@ impl<'a> Vertex<'a> {
     )]
     #[inline(always)]
     pub(super) fn eval(&self, wi: DVec3) -> (Rgb, f64) {
-        let local = self.surface.frame.to_local(wi);
+        let local = self.frame.to_local(wi);
         if local.z * wi.dot(self.surface.ng) <= 0.0 {
             return (Rgb::BLACK, 0.0);
         }
@@ -60,7 +63,7 @@ impl<'a> Vertex<'a> {
     #[inline(always)]
     pub(super) fn sample(&self, u: Uniforms) -> Option<BsdfSample> {
         let drawn = self.bsdf.sample(self.wo, u)?;
-        let side = self.surface.frame.to_world(drawn.wi).dot(self.surface.ng);
+        let side = self.frame.to_world(drawn.wi).dot(self.surface.ng);
         (drawn.wi.z * side > 0.0).then_some(drawn)
     }
 }
