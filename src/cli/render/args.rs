@@ -71,6 +71,12 @@ pub(in crate::cli) struct RenderArgs {
     /// Stops by which the PNG is made brighter
     #[arg(long, value_name = "EV", value_parser = exposure, default_value = "0", allow_hyphen_values = true)]
     pub(super) exposure: f64,
+    /// Keep the samples in this file, so that the rendering can go on from there
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+    /// Go on from the samples in this file
+    #[arg(long, value_name = "FILE")]
+    pub(super) resume: Option<PathBuf>,
     /// No progress and no summary
     #[arg(long)]
     pub(super) quiet: bool,

@@ -8,14 +8,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{Status, scene_source};
+use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
 use crate::render::filter::Filter;
 use crate::render::path::{PathTracer, Strategy};
 use crate::render::progressive::{self, Job, Progress, Stop};
+use crate::render::provenance::{Provenance, Run};
 use crate::scene::{FilterKind, Scene};
 
 pub(super) use args::{HELP, RenderArgs};
@@ -25,6 +27,8 @@ use output::{Outputs, Report};
 
 /// Samples per pixel where neither the command line nor the scene says how many.
 const DEFAULT_SAMPLES: u32 = 64;
+/// How often the samples are kept while the work goes on.
+const KEEP_SECONDS: f64 = 60.0;
 
 /// Everything that can be wrong is found before the first ray.
 pub(super) fn run(args: &RenderArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
@@ -55,20 +59,53 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let tracer = tracer(args, &scene)?;
     let filter = args.filter.clone().map_or_else(|| filter_of(scene.film().filter), Ok)?;
     let job = Job { scene: &scene, radiance: &tracer, filter: &filter, sampler: args.sampler, seed: args.seed };
-    let settings = format!("{tracer:?}, filter {filter}, sampler {:?}", args.sampler);
-    let mut film = Film::new(scene.film().width, scene.film().height);
+    let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}", args.sampler))?;
 
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     // It fails where a handler is set already, and that one does the same.
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
     let bar = progress_bar(args.quiet);
-    let cost = progressive::render(&job, &mut film, stop(args, &scene), &interrupted, &mut |_, now| show(&bar, now));
+    let Checkpoint { mut film, mut provenance } = state;
+    let mut kept = Instant::now();
+    let cost = progressive::render(&job, &mut film, stop(args, &scene), &interrupted, &mut |film, now| {
+        show(&bar, now);
+        if kept.elapsed().as_secs_f64() > KEEP_SECONDS {
+            // If it cannot be written now, the end will say so, and the samples are not lost before.
+            let _ =
+                outputs.checkpoint(&Checkpoint { film: film.clone(), provenance: up_to(&provenance, film, args.seed) });
+            kept = Instant::now();
+        }
+    });
     bar.finish_and_clear();
 
-    let report = Report { film, cost, load, build, scene: scene.name().into(), settings, seed: args.seed };
-    outputs.images(&report)?;
+    provenance = up_to(&provenance, &film, args.seed);
+    provenance.seconds += cost.seconds;
+    let report = Report { state: Checkpoint { film, provenance }, cost, load, build };
+    outputs.checkpoint_and_images(&report)?;
     Ok((report, interrupted.load(Ordering::Relaxed)))
+}
+
+/// A film without samples, or the one that is gone on with.
+fn begin(args: &RenderArgs, scene: &Scene, how: &str) -> anyhow::Result<Checkpoint> {
+    let (width, height) = (scene.film().width, scene.film().height);
+    let settings = format!("{width}x{height}, {how}");
+    let Some(path) = &args.resume else {
+        let run = Run { seed: args.seed, first: 0, count: 0 };
+        let provenance = Provenance::new(scene.name(), &settings, run, 0.0);
+        return Ok(Checkpoint { film: Film::new(width, height), provenance });
+    };
+    let state = Checkpoint::read(path).context("--resume")?;
+    let resumable = state.resumable(scene.name(), &settings, args.seed);
+    resumable.map_err(|why| anyhow!("--resume {}: {why}", path.display()))?;
+    Ok(state)
+}
+
+/// `before`, with the samples that are on the film now.
+fn up_to(before: &Provenance, film: &Film, seed: u64) -> Provenance {
+    // Where the work was cut short, some pixels have fewer: the numbers in between count as taken.
+    let count = film.pixels().iter().map(|pixel| pixel.n + pixel.nonfinite).max().unwrap_or(0);
+    Provenance { runs: vec![Run { seed, first: 0, count }], ..before.clone() }
 }
 
 fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {

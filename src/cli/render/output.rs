@@ -1,6 +1,5 @@
 //! What `render` writes: images, statistics, a summary.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -10,28 +9,26 @@ use serde_json::json;
 use super::RenderArgs;
 use crate::cli::job::Sink;
 use crate::image::Format;
-use crate::render::film::Film;
+use crate::render::checkpoint::Checkpoint;
 use crate::render::progressive::Cost;
 use crate::report::save::Target;
 
 /// A finished rendering.
 #[derive(Debug)]
 pub(super) struct Report {
-    pub(super) film: Film,
+    pub(super) state: Checkpoint,
     pub(super) cost: Cost,
     /// Seconds for reading the scene.
     pub(super) load: f64,
     /// Seconds for building it.
     pub(super) build: f64,
-    pub(super) scene: String,
-    pub(super) settings: String,
-    pub(super) seed: u64,
 }
 
 /// Where everything goes.
 #[derive(Debug)]
 pub(super) struct Outputs {
     images: Vec<(Target, Format, PathBuf)>,
+    checkpoint: Option<Target>,
     statistics: Option<Sink>,
     exposure: f64,
 }
@@ -57,8 +54,9 @@ impl Outputs {
             Some(path) if path.as_os_str() == "-" => Some(Sink::Stdout),
             Some(path) => Some(Sink::File(target("--stats-json", path)?)),
         };
+        let checkpoint = args.checkpoint.as_ref().map(|path| target("--checkpoint", path)).transpose()?;
         let images = paths.into_iter().map(image).collect::<anyhow::Result<_>>()?;
-        Ok(Self { images, statistics, exposure: args.exposure })
+        Ok(Self { images, checkpoint, statistics, exposure: args.exposure })
     }
 
     /// Whether standard output carries the statistics, and so nothing else.
@@ -66,8 +64,26 @@ impl Outputs {
         matches!(self.statistics, Some(Sink::Stdout))
     }
 
-    pub(super) fn images(&self, report: &Report) -> anyhow::Result<()> {
-        let image = report.film.to_image(&report.metadata());
+    /// Where one of them cannot be written, the samples are put where they can be, so that nothing is lost.
+    pub(super) fn checkpoint_and_images(&self, report: &Report) -> anyhow::Result<()> {
+        self.checkpoint(&report.state).and_then(|()| self.images(report)).map_err(|error| {
+            let rescue = std::env::temp_dir().join(format!("whitefurnace-{}.wfc", std::process::id()));
+            let kept = Target::new(rescue.clone()).and_then(|target| target.write(&report.state.encode()));
+            match kept {
+                Ok(()) => error.context(format!("the samples are kept in {}, for --resume", rescue.display())),
+                Err(_) => error,
+            }
+        })
+    }
+
+    pub(super) fn checkpoint(&self, state: &Checkpoint) -> anyhow::Result<()> {
+        let written = self.checkpoint.as_ref().map_or(Ok(()), |target| target.write(&state.encode()));
+        written.context("--checkpoint: cannot be written")
+    }
+
+    fn images(&self, report: &Report) -> anyhow::Result<()> {
+        let Checkpoint { film, provenance } = &report.state;
+        let image = film.to_image(&provenance.metadata());
         for (target, format, path) in &self.images {
             let bytes = image.encode(*format, self.exposure)?;
             target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
@@ -86,7 +102,7 @@ impl Outputs {
     }
 
     pub(super) fn summary(&self, report: &Report, interrupted: bool, out: &mut dyn Write) -> anyhow::Result<()> {
-        let Report { film, cost, .. } = report;
+        let Report { state: Checkpoint { film, .. }, cost, .. } = report;
         let (width, height) = (film.width(), film.height());
         let drawn = film.samples() + film.nonfinite();
         if interrupted {
@@ -118,20 +134,8 @@ pub(super) fn target(option: &str, path: &Path) -> anyhow::Result<Target> {
 }
 
 impl Report {
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let pairs = [
-            ("scene", self.scene.clone()),
-            ("samples", self.film.samples().to_string()),
-            ("seed", self.seed.to_string()),
-            ("settings", self.settings.clone()),
-            ("seconds", self.cost.seconds.to_string()),
-            ("software", concat!("whitefurnace ", env!("CARGO_PKG_VERSION")).into()),
-        ];
-        pairs.into_iter().map(|(key, value)| (key.into(), value)).collect()
-    }
-
     fn statistics(&self) -> String {
-        let Self { film, cost, load, build, .. } = self;
+        let Self { state: Checkpoint { film, .. }, cost, load, build } = self;
         let statistics = json!({
             "schema": 1,
             "seconds": { "load": load, "build": build, "render": cost.seconds },
