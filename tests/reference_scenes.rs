@@ -145,25 +145,20 @@ fn veach_mis_agrees_at_direct_light() {
 }
 
 /// Mitsuba's own z-test: of all pixels and channels 99.75 % have a p-value above the Šidák level of 1 %.
-fn z_test(film: &Film, reference: &Image, per_sample: &Image, samples: u64) -> f64 {
+///
+/// The variances that come with the references were transformed like colours, so that in saturated channels they are
+/// differences and often negative, where Mitsuba takes 1e-4. Ours counts where it is the larger one.
+fn z_test(film: &Film, reference: &Image, per_sample: &Image) -> f64 {
     let count = (film.width() * film.height() * 3) as f64;
     let level = 1.0 - (1.0_f64 - 0.01).powf(1.0 / count);
     let mut passed = 0.0;
     for y in 0..film.height() {
         for x in 0..film.width() {
-            let (m, r, v) = (film.mean(x, y).to_array(), reference.rgb(x, y), per_sample.rgb(x, y));
+            let (pixel, r, theirs) = (film.pixel(x, y), reference.rgb(x, y), per_sample.rgb(x, y));
+            let (m, ours) = (pixel.mean().to_array(), pixel.variance_of_mean().to_array());
             for channel in 0..3 {
-                let sigma = (f64::from(v[channel]).max(1e-4) / samples as f64).sqrt();
-                let z = (m[channel] - f64::from(r[channel])).abs() / sigma;
-                if std::env::var_os("DEBUG_Z").is_some() && 2.0 * Normal::standard().sf(z) <= level {
-                    println!(
-                        "  {x},{y},{channel}: {} ref {} z {z:.1} v {} own {}",
-                        m[channel],
-                        r[channel],
-                        v[channel],
-                        film.variance_of_mean(x, y).to_array()[channel] * samples as f64
-                    );
-                }
+                let theirs = f64::from(theirs[channel]).max(1e-4) / pixel.n as f64;
+                let z = (m[channel] - f64::from(r[channel])).abs() / theirs.max(ours[channel]).sqrt();
                 passed += f64::from(u8::from(2.0 * Normal::standard().sf(z) > level));
             }
         }
@@ -191,15 +186,16 @@ fn mitsubas_test_scenes_pass_its_z_test() {
         let scene = scene(&path, &[]);
         assert_eq!((scene.film().width, scene.film().height), (reference.width(), reference.height()), "{file}");
         let film = image(&scene, &tracer(&scene), SAMPLES);
-        let share = z_test(&film, &reference, &variance, SAMPLES);
+        let share = z_test(&film, &reference, &variance);
         println!("{file}: {:.3} % pass", 100.0 * share);
         if share < 0.9975 || share.is_nan() {
             failed.push((file, share));
         }
-        // The test sees an image that is 3 % too bright, in the scenes that are lit everywhere.
+        // The test sees an image that is a tenth too bright.
         let mut brighter = film.clone();
-        brighter.pixels_mut().iter_mut().for_each(|pixel| pixel.mean *= 1.3);
-        assert!(z_test(&brighter, &reference, &variance, SAMPLES) < share, "{file}: the test is blind");
+        brighter.pixels_mut().iter_mut().for_each(|pixel| pixel.mean *= 1.1);
+        let share = z_test(&brighter, &reference, &variance);
+        assert!(share < 0.9975, "{file}: the test is blind, {share}");
     }
     assert!(failed.is_empty(), "{failed:?}");
 }
@@ -209,7 +205,7 @@ fn ignis_scenes_hold() {
     let albedo = Rgb::new(0.885809, 0.698859, 0.666422);
     let Some(path) = data("ignis/mitsuba/point.xml") else { return };
     let point = scene(&path, &[]);
-    for (x, y) in [(200, 128), (128, 128), (150, 100), (128, 180)] {
+    for (x, y) in [(128, 200), (100, 220), (160, 240)] {
         let ray = point.camera_ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), DVec2::ZERO);
         let surface = point.intersect(&ray).expect("the floor");
         // The light is at (0, 1, 0), of intensity 1.
@@ -220,6 +216,10 @@ fn ignis_scenes_hold() {
         let gap = (seen - expected).0.abs().max_element();
         assert!(gap <= 1e-3 * expected.max_channel(), "pixel {x},{y}: {seen} against {expected}");
     }
+    let published = Rgb::new(0.06906, 0.05448, 0.05196);
+    let ray = point.camera_ray(DVec2::new(128.5, 200.5), DVec2::ZERO);
+    // Five digits are given of a value that varies by 1e-4 over the pixel.
+    assert!((along(&point, ray) - published).0.abs().max_element() < 1e-4);
     let Some(path) = data("ignis/mitsuba/emissive-plane.xml") else { return };
     let Some(csv) = data("ignis/ref_blocks_16x16.csv") else { return };
     let plane = scene(&path, &[]).with_size(64, 64);

@@ -211,7 +211,7 @@ mod tests {
             let mut progress = 0;
             pool.install(|| {
                 render(&job, &mut film, Stop::Samples(target), &AtomicBool::new(false), &mut |_, p| {
-                    progress = p.samples
+                    progress = p.samples;
                 })
             });
             assert_eq!(progress, target);
