@@ -4,9 +4,9 @@ use glam::DVec3;
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-use super::exact::{Corners, Shear, TriangleHit};
+use super::exact::{TriangleHit, hit};
 use super::kernel::Level;
-use super::query::Query;
+use super::query::{Straight, Twist};
 use super::triangles::TriangleBvh;
 use crate::sampling::stream::{Stream, stream, uniform};
 use crate::scene::ray::{Ray, offset_origin_within};
@@ -28,11 +28,10 @@ impl Mesh {
 
     /// The nearest of all hits of the f64 test.
     fn closest(&self, ray: &Ray) -> Option<TriangleHit> {
-        let shear = Shear::new(ray);
         let every = (0..self.triangles.len()).filter_map(|at| {
             let v = self.vertices(at);
             let flat = (v[1] - v[0]).cross(v[2] - v[0]) == DVec3::ZERO;
-            if flat { None } else { shear.hit(&Corners::new(v, at as u32), ray.t_max) }
+            if flat { None } else { hit(ray, v, at as u32) }
         });
         every.reduce(|best, hit| if hit.before(&best) { hit } else { best })
     }
@@ -164,13 +163,13 @@ fn ray_for(mesh: &Mesh, dice: &mut Dice) -> Ray {
 }
 
 /// How many of the rays are answered otherwise than by brute force, at any level.
-fn disagreements(mesh: &Mesh, rays: u64, adjust: impl Fn(&mut Query) + Sync) -> usize {
+fn disagreements<T: Twist>(mesh: &Mesh, rays: u64) -> usize {
     let trees = mesh.trees();
     let wrong = (0..rays).into_par_iter().filter(|&seed| {
         let ray = ray_for(mesh, &mut Dice::new(seed));
         let expected = mesh.closest(&ray);
         trees.iter().any(|tree| {
-            let (found, occluded) = (tree.closest_with(&ray, &adjust), tree.occluded_with(&ray, &adjust));
+            let (found, occluded) = (tree.closest_with::<T>(&ray), tree.occluded_with::<T>(&ray));
             found != expected || occluded != expected.is_some()
         })
     });
@@ -180,26 +179,29 @@ fn disagreements(mesh: &Mesh, rays: u64, adjust: impl Fn(&mut Query) + Sync) -> 
 #[test]
 fn the_tree_finds_what_brute_force_finds() {
     for (name, mesh) in meshes() {
-        assert_eq!(disagreements(&mesh, 2000, |_| ()), 0, "{name}");
+        assert_eq!(disagreements::<Straight>(&mesh, 2000), 0, "{name}");
     }
+}
+
+struct NoSlackOfBoxes;
+
+impl Twist for NoSlackOfBoxes {
+    const BOXES: f64 = 0.0;
+}
+
+struct NoSlackOfTriangles;
+
+impl Twist for NoSlackOfTriangles {
+    const TRIANGLES: f64 = 0.0;
 }
 
 #[test]
 fn without_slack_it_does_not() {
-    let no_box_slack = |query: &mut Query| {
-        for k in 0..3 {
-            let scale = 0.5 * (query.near_scale[k] + query.far_scale[k]);
-            let shift = query.origin[k] * scale;
-            (query.near_scale[k], query.far_scale[k]) = (scale, scale);
-            (query.near_shift[k], query.far_shift[k]) = (shift, shift);
-        }
-    };
-    let no_triangle_slack = |query: &mut Query| query.slack = 0.0;
     let some = |name: &str| ["slivers", "coplanar", "room", "sphere"].contains(&name);
     let (mut boxes, mut triangles) = (0, 0);
     for (_, mesh) in meshes().into_iter().filter(|(name, _)| some(name)) {
-        boxes += disagreements(&mesh, 500, no_box_slack);
-        triangles += disagreements(&mesh, 500, no_triangle_slack);
+        boxes += disagreements::<NoSlackOfBoxes>(&mesh, 500);
+        triangles += disagreements::<NoSlackOfTriangles>(&mesh, 500);
     }
     assert!(boxes > 0, "the test does not see that boxes need slack");
     assert!(triangles > 0, "the test does not see that triangles need slack");

@@ -7,7 +7,7 @@ use super::aabb::Aabb;
 use super::build::Tree;
 use super::kernel::{Lanes, Level, Task};
 use super::node::{Beam, Node};
-use super::query::{Frame, Query, up};
+use super::query::{Frame, Query, Straight, up};
 use super::triangles::item;
 use super::walk;
 use crate::scene::ray::Ray;
@@ -31,6 +31,14 @@ fn sound(bounds: &Aabb) -> bool {
     !bounds.is_empty() && bounds.min.is_finite() && bounds.max.is_finite()
 }
 
+/// Whether a ray has one.
+#[inline]
+fn direction(ray: &Ray) -> bool {
+    let long = ray.dir.length_squared();
+    debug_assert!((0.81..1.21).contains(&long) || !(long > 0.0 && long < f64::INFINITY), "a unit vector: {}", ray.dir);
+    (0.81..1.21).contains(&long)
+}
+
 impl BoxBvh {
     /// Builds the tree, in parallel, and the same one on any number of threads. No more than 2³¹ boxes.
     pub fn build(boxes: &[Aabb]) -> Self {
@@ -50,13 +58,16 @@ impl BoxBvh {
     /// counts.
     #[inline]
     pub fn closest(&self, ray: &Ray, hit: impl FnMut(u32, f64) -> Option<f64>) -> Option<(u32, f64)> {
+        if !direction(ray) {
+            return None;
+        }
         self.level.run(Closest { tree: self, ray, hit })
     }
 
     /// Whether `hit(thing, t_max)` is true of any thing whose box the ray enters before `ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, hit: impl FnMut(u32, f64) -> bool) -> bool {
-        self.level.run(Occluded { tree: self, ray, hit })
+        direction(ray) && self.level.run(Occluded { tree: self, ray, hit })
     }
 
     /// The box around all boxes; empty if there is none.
@@ -81,20 +92,28 @@ impl<H: FnMut(u32, f64) -> Option<f64>> Task for Closest<'_, H> {
 
     #[inline(always)]
     fn run<N: Lanes, W: Lanes>(mut self, narrow: N, _: W) -> Option<(u32, f64)> {
-        let query = Query::new(N::FUSED, &self.tree.frame, self.ray)?;
-        let beam = Beam::new(narrow, &query);
+        let query = Query::new::<Straight>(narrow, &self.tree.frame, self.ray)?;
+        let beam = Beam::new(narrow, &query.slabs::<Straight>(narrow));
         let mut best: Option<(u32, f64)> = None;
         let mut reach = query.reach;
-        walk::nearest_first(narrow, &self.tree.nodes, self.tree.root?, &beam, reach, |leaf| {
-            let thing = self.tree.things[leaf as usize];
-            if let Some(t) = (self.hit)(thing, self.ray.t_max)
-                && best.is_none_or(|(other, least)| t < least || (t == least && thing < other))
-            {
-                reach = up(t * self.tree.frame.scale);
-                best = Some((thing, t));
-            }
-            reach
-        });
+        walk::nearest_first(
+            narrow,
+            &self.tree.nodes,
+            self.tree.root?,
+            &beam,
+            reach,
+            |_| (),
+            |leaf| {
+                let thing = self.tree.things[leaf as usize];
+                if let Some(t) = (self.hit)(thing, self.ray.t_max)
+                    && best.is_none_or(|(other, least)| t < least || (t == least && thing < other))
+                {
+                    reach = up(t * self.tree.frame.scale);
+                    best = Some((thing, t));
+                }
+                reach
+            },
+        );
         best
     }
 }
@@ -111,11 +130,17 @@ impl<H: FnMut(u32, f64) -> bool> Task for Occluded<'_, H> {
     #[inline(always)]
     fn run<N: Lanes, W: Lanes>(mut self, narrow: N, _: W) -> bool {
         let Some(root) = self.tree.root else { return false };
-        let Some(query) = Query::new(N::FUSED, &self.tree.frame, self.ray) else { return false };
-        let beam = Beam::new(narrow, &query);
-        walk::any(narrow, &self.tree.nodes, root, &beam, query.reach, |leaf| {
-            (self.hit)(self.tree.things[leaf as usize], self.ray.t_max)
-        })
+        let Some(query) = Query::new::<Straight>(narrow, &self.tree.frame, self.ray) else { return false };
+        let beam = Beam::new(narrow, &query.slabs::<Straight>(narrow));
+        walk::any(
+            narrow,
+            &self.tree.nodes,
+            root,
+            &beam,
+            query.reach,
+            |_| (),
+            |leaf| (self.hit)(self.tree.things[leaf as usize], self.ray.t_max),
+        )
     }
 }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 use glam::Vec4;
 use rayon::prelude::*;
 
-use super::kernel::Stack;
+use super::kernel::{Stack, in_huge_pages};
 use super::node::{LEAF, Node, WIDTH};
 
 /// The box of a thing to be put into the tree, and its index.
@@ -108,7 +108,9 @@ impl Tree {
         let mut branch = Branch::default();
         let whole = whole(&items);
         let root = (!items.is_empty()).then(|| grow(&mut items, 0, &whole, leaf_size, 0, &mut branch));
-        Self { nodes: branch.nodes, leaves: branch.leaves, items, root }
+        let mut nodes = in_huge_pages(branch.nodes.len());
+        nodes.append(&mut branch.nodes);
+        Self { nodes, leaves: branch.leaves, items, root }
     }
 }
 

@@ -12,24 +12,32 @@
 
 use glam::DVec3;
 
+use super::kernel::Lanes;
 use crate::scene::ray::Ray;
 
-/// The vertices of one triangle, and its number.
+/// The vertices of one triangle, and its number: x of the three, y, z, and the number in the low bits of something near 1.
+///
+/// Rows of four overlap, so the fourth of the last is read along; as a plain integer it would be a denormal number,
+/// which processors are slow with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corners {
-    v: [[f64; 3]; 3],
-    /// The triangle's index among those that the tree was built of.
-    pub(super) triangle: u32,
-}
+pub(super) struct Corners([f64; 10]);
 
 impl Corners {
-    pub(super) fn new(v: [DVec3; 3], triangle: u32) -> Self {
-        Self { v: v.map(|v| v.to_array()), triangle }
+    pub(super) fn new([a, b, c]: [DVec3; 3], triangle: u32) -> Self {
+        let number = f64::from_bits(1.0_f64.to_bits() | u64::from(triangle));
+        Self([a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z, number])
     }
 
     /// The vertices.
     pub(super) fn vertices(&self) -> [DVec3; 3] {
-        self.v.map(DVec3::from_array)
+        let v = &self.0;
+        [DVec3::new(v[0], v[3], v[6]), DVec3::new(v[1], v[4], v[7]), DVec3::new(v[2], v[5], v[8])]
+    }
+
+    /// The triangle's index among those that the tree was built of.
+    #[inline(always)]
+    fn triangle(&self) -> u32 {
+        self.0[9].to_bits() as u32
     }
 }
 
@@ -55,57 +63,65 @@ impl TriangleHit {
 }
 
 /// A ray as the triangles' test needs it: sheared along the axis on which it advances most.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shear {
+pub(super) struct Shear<S: Lanes> {
     axes: [usize; 3],
-    origin: [f64; 3],
-    slope: [f64; 2],
+    origin: [S::D; 3],
+    slope: [S::D; 2],
     per_depth: f64,
 }
 
-impl Shear {
+impl<S: Lanes> Shear<S> {
     /// For a direction that is not zero.
     #[inline(always)]
-    pub(super) fn new(ray: &Ray) -> Self {
+    pub(super) fn new(s: S, ray: &Ray) -> Self {
         let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
         let size = ray.dir.abs();
-        let z = if size.x >= size.y { usize::from(size.x < size.z) * 2 } else { 1 + usize::from(size.y < size.z) };
+        // Products instead of branches, which random directions would make wrong half of the time.
+        let z = (1 + usize::from(size.z > size.y)) * usize::from(size.y.max(size.z) > size.x);
         let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
         let per_depth = 1.0 / dir[axes[2]];
         Self {
             axes,
-            origin: [origin[axes[0]], origin[axes[1]], origin[axes[2]]],
-            slope: [dir[axes[0]] * per_depth, dir[axes[1]] * per_depth],
+            origin: [s.quad_splat(origin[axes[0]]), s.quad_splat(origin[axes[1]]), s.quad_splat(origin[axes[2]])],
+            slope: [s.quad_splat(dir[axes[0]] * per_depth), s.quad_splat(dir[axes[1]] * per_depth)],
             per_depth,
         }
     }
 
-    /// A vertex in coordinates in which the ray runs from the origin along the third axis.
-    #[inline(always)]
-    fn see(&self, v: &[f64; 3]) -> [f64; 3] {
-        let z = v[self.axes[2]] - self.origin[2];
-        let x = (v[self.axes[0]] - self.origin[0]) - self.slope[0] * z;
-        let y = (v[self.axes[1]] - self.origin[1]) - self.slope[1] * z;
-        [x, y, z]
-    }
-
     /// The hit with 0 < t < `t_max`. No product here may be fused, or the signs at a shared edge would differ.
     #[inline(always)]
-    pub(super) fn hit(&self, corners: &Corners, t_max: f64) -> Option<TriangleHit> {
-        let (a, b, c) = (self.see(&corners.v[0]), self.see(&corners.v[1]), self.see(&corners.v[2]));
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
-        let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
-        let det = u + v + w;
-        if !((least >= 0.0 || greatest <= 0.0) && det != 0.0) {
+    pub(super) fn hit(&self, s: S, corners: &Corners, t_max: f64) -> Option<TriangleHit> {
+        let row = |k: usize| s.quad_load(&corners.0[3 * self.axes[k]..][..4]);
+        let z = s.quad_sub(row(2), self.origin[2]);
+        let x = s.quad_sub(s.quad_sub(row(0), self.origin[0]), s.quad_mul(self.slope[0], z));
+        let y = s.quad_sub(s.quad_sub(row(1), self.origin[1]), s.quad_mul(self.slope[1], z));
+        // The edge from the third vertex to the second, from the first to the third, from the second to the first.
+        let edges = s.quad_sub(
+            s.quad_mul(s.quad_turn_twice(x), s.quad_turn(y)),
+            s.quad_mul(s.quad_turn_twice(y), s.quad_turn(x)),
+        );
+        let det = s.quad_sum(edges);
+        if !(s.quad_of_one_sign(edges) & (s.quad_first(det) != 0.0)) {
             return None;
         }
-        let per_det = 1.0 / det;
-        let (b0, b1, b2) = (u * per_det, v * per_det, w * per_det);
-        let t = (b0 * a[2] + b1 * b[2] + b2 * c[2]) * self.per_depth;
-        (t > 0.0 && t < t_max).then_some(TriangleHit { t, triangle: corners.triangle, b1, b2 })
+        let weights = s.quad_div(edges, det);
+        let t = s.quad_first(s.quad_sum(s.quad_mul(weights, z))) * self.per_depth;
+        let [_, b1, b2, _] = s.quad_array(weights);
+        (t > 0.0 && t < t_max).then_some(TriangleHit { t, triangle: corners.triangle(), b1, b2 })
     }
+}
+
+/// The hit of one triangle, by plain arithmetic.
+#[cfg(test)]
+pub(super) fn hit(ray: &Ray, v: [DVec3; 3], triangle: u32) -> Option<TriangleHit> {
+    struct One<'a>(&'a Ray, Corners);
+    impl super::kernel::Task for One<'_> {
+        type Output = Option<TriangleHit>;
+        fn run<N: Lanes, W: Lanes>(self, s: N, _: W) -> Option<TriangleHit> {
+            Shear::new(s, self.0).hit(s, &self.1, self.0.t_max)
+        }
+    }
+    super::kernel::Level::PORTABLE.run(One(ray, Corners::new(v, triangle)))
 }
 
 #[cfg(test)]
@@ -128,12 +144,12 @@ mod tests {
             let normal = (v[1] - v[0]).cross(v[2] - v[0]);
             // Slivers and grazing rays amplify rounding without bound; here by less than 1e5.
             prop_assume!(normal.length() > 1e-2 && normal.dot(dir).abs() > 1e-3);
-            let hit = Shear::new(&Ray::new(from, dir)).hit(&Corners::new(v, 7), f64::INFINITY);
-            let hit = hit.expect("a hit");
-            prop_assert!((hit.t - distance).abs() <= 1e-11 && hit.triangle == 7);
-            prop_assert!((hit.b1 - b.0).abs() <= 1e-11 && (hit.b2 - b.1).abs() <= 1e-11, "{hit:?}");
-            prop_assert!(Shear::new(&Ray::new(from, -dir)).hit(&Corners::new(v, 7), f64::INFINITY).is_none());
-            prop_assert!(Shear::new(&Ray::new(from, dir)).hit(&Corners::new(v, 7), hit.t).is_none(), "t_max is exclusive");
+            let at = hit(&Ray::new(from, dir), v, 7);
+            let at = at.expect("a hit");
+            prop_assert!((at.t - distance).abs() <= 1e-11 && at.triangle == 7);
+            prop_assert!((at.b1 - b.0).abs() <= 1e-11 && (at.b2 - b.1).abs() <= 1e-11, "{at:?}");
+            prop_assert!(hit(&Ray::new(from, -dir), v, 7).is_none());
+            prop_assert!(hit(&Ray::up_to(from, dir, at.t), v, 7).is_none(), "t_max is exclusive");
         }
     }
 
@@ -167,7 +183,7 @@ mod tests {
 
     #[test]
     fn no_ray_passes_between_neighbours() {
-        let ours = |ray: &Ray, v: &[DVec3; 3]| Shear::new(ray).hit(&Corners::new(*v, 0), f64::INFINITY).is_some();
+        let ours = |ray: &Ray, v: &[DVec3; 3]| hit(ray, *v, 0).is_some();
         assert_eq!(leaks(100_000, ours), 0);
         assert!(leaks(100_000, by_two_edges) > 0, "a test that leaks must be seen to leak");
     }
@@ -175,9 +191,7 @@ mod tests {
     #[test]
     fn degenerate_triangles_and_planes_along_the_ray_are_not_hit() {
         let ray = Ray::new(DVec3::ZERO, DVec3::X);
-        let point = Corners::new([DVec3::X; 3], 0);
-        let along = Corners::new([DVec3::X, 2.0 * DVec3::X, DVec3::new(1.5, 1.0, 0.0)], 0);
-        assert!(Shear::new(&ray).hit(&point, f64::INFINITY).is_none());
-        assert!(Shear::new(&ray).hit(&along, f64::INFINITY).is_none());
+        assert!(hit(&ray, [DVec3::X; 3], 0).is_none());
+        assert!(hit(&ray, [DVec3::X, 2.0 * DVec3::X, DVec3::new(1.5, 1.0, 0.0)], 0).is_none());
     }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::exact::{Corners, Shear, TriangleHit};
 use super::kernel::Lanes;
 use super::node::{Probe, Tested, load3, longest_edge};
-use super::query::{Query, up};
+use super::query::{Frame, Query, Twist, up};
 use crate::scene::ray::Ray;
 
 /// The widest vector's lanes.
@@ -62,15 +62,15 @@ impl Few {
 
     /// The nearest hit.
     #[inline(always)]
-    pub(super) fn closest<S: Lanes>(
+    pub(super) fn closest<T: Twist, S: Lanes>(
         &self,
         s: S,
         corners: &[Corners],
-        query: &Query,
+        frame: &Frame,
         ray: &Ray,
-        scale: f64,
     ) -> Option<TriangleHit> {
-        let probe = Probe::new(s, query);
+        let query = Query::new::<T>(s, frame, ray)?;
+        let probe = Probe::new(s, &query);
         let reach = s.splat(query.reach);
         let far = s.splat(f32::INFINITY);
         let mut bounds = Bounds([[f32::INFINITY; LANES]; MOST]);
@@ -89,15 +89,15 @@ impl Few {
         if candidates == 0 {
             return None;
         }
-        let shear = Shear::new(ray);
+        let shear = Shear::new(s, ray);
         let mut best: Option<TriangleHit> = None;
         let mut next = (candidates & bounds.within(s, s.least(least), self.batches.len())).trailing_zeros();
         loop {
             candidates &= !(1 << next);
-            if let Some(hit) = shear.hit(&corners[next as usize], ray.t_max)
+            if let Some(hit) = shear.hit(s, &corners[next as usize], ray.t_max)
                 && best.as_ref().is_none_or(|best| hit.before(best))
             {
-                candidates &= bounds.within(s, up(hit.t * scale), self.batches.len());
+                candidates &= bounds.within(s, up(hit.t * frame.scale), self.batches.len());
                 best = Some(hit);
             }
             if candidates == 0 {
@@ -109,8 +109,9 @@ impl Few {
 
     /// Whether there is a hit.
     #[inline(always)]
-    pub(super) fn occluded<S: Lanes>(&self, s: S, corners: &[Corners], query: &Query, ray: &Ray) -> bool {
-        let probe = Probe::new(s, query);
+    pub(super) fn occluded<T: Twist, S: Lanes>(&self, s: S, corners: &[Corners], frame: &Frame, ray: &Ray) -> bool {
+        let Some(query) = Query::new::<T>(s, frame, ray) else { return false };
+        let probe = Probe::new(s, &query);
         let reach = s.splat(query.reach);
         let (mut candidates, mut certain) = (0_u64, 0);
         for (at, batch) in self.batches.iter().take(MOST).enumerate() {
@@ -123,11 +124,11 @@ impl Few {
         if certain != 0 || candidates == 0 {
             return certain != 0;
         }
-        let shear = Shear::new(ray);
+        let shear = Shear::new(s, ray);
         while candidates != 0 {
             let next = candidates.trailing_zeros();
             candidates &= candidates - 1;
-            if shear.hit(&corners[next as usize], ray.t_max).is_some() {
+            if shear.hit(s, &corners[next as usize], ray.t_max).is_some() {
                 return true;
             }
         }

@@ -11,7 +11,6 @@ mod exact;
 mod few;
 mod kernel;
 mod node;
-mod portable;
 mod query;
 mod triangles;
 mod walk;

@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec4};
 
 use super::kernel::Lanes;
-use super::query::Query;
+use super::query::{Query, Slabs};
 
 /// How many children a node and how many triangles a leaf has.
 pub(super) const WIDTH: usize = 8;
@@ -37,24 +37,23 @@ impl Node {
     }
 }
 
-/// A [`Query`] with every number in all lanes.
+/// [`Slabs`] with every number in all lanes.
 pub(super) struct Beam<S: Lanes> {
     near: [usize; 3],
-    near_scale: [S::F; 3],
+    scale: [S::F; 3],
     near_shift: [S::F; 3],
-    far_scale: [S::F; 3],
     far_shift: [S::F; 3],
 }
 
 impl<S: Lanes> Beam<S> {
     #[inline(always)]
-    pub(super) fn new(s: S, query: &Query) -> Self {
+    pub(super) fn new(s: S, slabs: &Slabs<S>) -> Self {
+        let backwards = slabs.backwards as usize;
         Self {
-            near: query.near,
-            near_scale: splat3(s, query.near_scale),
-            near_shift: splat3(s, query.near_shift),
-            far_scale: splat3(s, query.far_scale),
-            far_shift: splat3(s, query.far_shift),
+            near: [backwards & 1, backwards >> 1 & 1, backwards >> 2 & 1],
+            scale: s.spread(slabs.scale),
+            near_shift: s.spread(slabs.near_shift),
+            far_shift: s.spread(slabs.far_shift),
         }
     }
 
@@ -63,11 +62,11 @@ impl<S: Lanes> Beam<S> {
     pub(super) fn enter(&self, s: S, node: &Node, reach: S::F) -> (S::F, u32) {
         let near = |k: usize| {
             let row = &node.planes[k][self.near[k] & 1];
-            s.mul_sub(s.load(row), self.near_scale[k], self.near_shift[k])
+            s.mul_sub(s.load(row), self.scale[k], self.near_shift[k])
         };
         let far = |k: usize| {
             let row = &node.planes[k][(self.near[k] & 1) ^ 1];
-            s.mul_sub(s.load(row), self.far_scale[k], self.far_shift[k])
+            s.mul_sub(s.load(row), self.scale[k], self.far_shift[k])
         };
         let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
         let leave = s.min(s.min(far(0), far(1)), s.min(far(2), reach));
@@ -140,14 +139,8 @@ pub(super) struct Tested<S: Lanes> {
     depth_slack: S::F,
 }
 
-/// The same three numbers in all lanes. Not by `array::map`, whose closure the compiler may leave without the level's
+/// Three rows from lane `from` on. Not by `array::map`, whose closure the compiler may leave without the level's
 /// instructions.
-#[inline(always)]
-fn splat3<S: Lanes>(s: S, x: [f32; 3]) -> [S::F; 3] {
-    [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
-}
-
-/// Three rows from lane `from` on.
 #[inline(always)]
 pub(super) fn load3<S: Lanes, const N: usize>(s: S, rows: &[[f32; N]; 3], from: usize) -> [S::F; 3] {
     [s.load(&rows[0][from..]), s.load(&rows[1][from..]), s.load(&rows[2][from..])]
@@ -166,8 +159,8 @@ fn dot<S: Lanes>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
 
 impl<S: Lanes> Probe<S> {
     #[inline(always)]
-    pub(super) fn new(s: S, query: &Query) -> Self {
-        Self { origin: splat3(s, query.origin), dir: splat3(s, query.dir), slack: query.slack }
+    pub(super) fn new(s: S, query: &Query<S>) -> Self {
+        Self { origin: query.origin(s), dir: query.dir(s), slack: query.slack }
     }
 
     /// Tests triangles given by their first vertices, the edges from there and their normals e1 × e2, no edge being longer

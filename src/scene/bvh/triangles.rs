@@ -1,6 +1,8 @@
 //! A tree over triangles.
 #![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
 
+use std::marker::PhantomData;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -8,9 +10,9 @@ use super::aabb::Aabb;
 use super::build::{Item, Tree};
 use super::exact::{Corners, Shear, TriangleHit};
 use super::few::Few;
-use super::kernel::{Lanes, Level, Task};
-use super::node::{Beam, Block, Node, Probe, WIDTH};
-use super::query::{Frame, Query, up};
+use super::kernel::{Lanes, Level, Task, in_huge_pages};
+use super::node::{Beam, Block, LEAF, Node, Probe, WIDTH};
+use super::query::{Frame, Query, Straight, Twist, up};
 use super::walk;
 use crate::scene::ray::Ray;
 
@@ -83,16 +85,14 @@ impl TriangleBvh {
             Some(item(&frame, &Aabb::around(v), index as u32))
         });
         let tree = Tree::build(items.collect(), WIDTH);
-        let corners: Vec<Corners> = tree
-            .items
-            .par_iter()
-            .map(|item| {
-                let index = item.index();
-                let v = triangles[index as usize].map(|vertex| positions[vertex as usize]);
-                Corners::new(v, index)
-            })
-            .collect();
-        let blocks = tree.leaves.par_iter().map(|leaf| {
+        let mut corners = in_huge_pages(tree.items.len());
+        let with_corners = tree.items.par_iter().map(|item| {
+            let index = item.index();
+            Corners::new(triangles[index as usize].map(|vertex| positions[vertex as usize]), index)
+        });
+        with_corners.collect_into_vec(&mut corners);
+        let mut blocks = in_huge_pages(tree.leaves.len());
+        let leaf_blocks = tree.leaves.par_iter().map(|leaf| {
             let triangles = &corners[leaf.start as usize..leaf.end as usize];
             let mut inside = [[DVec3::ZERO; 3]; WIDTH];
             for (inside, corners) in inside.iter_mut().zip(triangles) {
@@ -100,8 +100,9 @@ impl TriangleBvh {
             }
             Block::new(&inside[..triangles.len()], leaf.start)
         });
+        leaf_blocks.collect_into_vec(&mut blocks);
         let few = Few::new(corners.iter().map(|t| t.vertices().map(|v| frame.enter(v))));
-        Self { level, frame, bounds, blocks: blocks.collect(), nodes: tree.nodes, corners, root: tree.root, few }
+        Self { level, frame, bounds, blocks, nodes: tree.nodes, corners, root: tree.root, few }
     }
 
     /// The nearest hit with 0 < t < `ray.t_max`.
@@ -109,35 +110,45 @@ impl TriangleBvh {
     /// None too for a ray that is no ray: one with a coordinate that is NaN or infinite, or with a direction of length 0.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<TriangleHit> {
-        self.closest_with(ray, |_| ())
+        self.closest_with::<Straight>(ray)
     }
 
     /// Whether there is a hit with 0 < t < `ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.occluded_with(ray, |_| ())
+        self.occluded_with::<Straight>(ray)
     }
 
     /// With the ray's f32 numbers changed, for tests of what their slack is good for.
     #[inline(always)]
-    pub(super) fn closest_with(&self, ray: &Ray, adjust: impl FnOnce(&mut Query)) -> Option<TriangleHit> {
+    pub(super) fn closest_with<T: Twist>(&self, ray: &Ray) -> Option<TriangleHit> {
         let long = ray.dir.length_squared();
         if (0.81..1.21).contains(&long) {
-            return self.level.run(Closest { tree: self, ray, adjust });
+            return self.level.run(Closest::<T> { tree: self, ray, twist: PhantomData });
         }
         let (unit, length) = normalised(ray)?;
-        let hit = self.level.run(Closest { tree: self, ray: &unit, adjust })?;
+        let hit = self.level.run(Closest::<T> { tree: self, ray: &unit, twist: PhantomData })?;
         Some(TriangleHit { t: hit.t / length, ..hit })
     }
 
     /// As [`Self::closest_with`].
     #[inline(always)]
-    pub(super) fn occluded_with(&self, ray: &Ray, adjust: impl FnOnce(&mut Query)) -> bool {
+    pub(super) fn occluded_with<T: Twist>(&self, ray: &Ray) -> bool {
         let long = ray.dir.length_squared();
         if (0.81..1.21).contains(&long) {
-            return self.level.run(Occluded { tree: self, ray, adjust });
+            return self.level.run(Occluded::<T> { tree: self, ray, twist: PhantomData });
         }
-        normalised(ray).is_some_and(|(unit, _)| self.level.run(Occluded { tree: self, ray: &unit, adjust }))
+        normalised(ray)
+            .is_some_and(|(unit, _)| self.level.run(Occluded::<T> { tree: self, ray: &unit, twist: PhantomData }))
+    }
+
+    #[inline(always)]
+    fn prefetch<S: Lanes>(&self, s: S, child: u32) {
+        if child & LEAF == 0 {
+            s.prefetch(&self.nodes[child as usize]);
+        } else {
+            s.prefetch(&self.blocks[(child ^ LEAF) as usize]);
+        }
     }
 
     /// The box around all triangles that can be hit; empty if there is none.
@@ -168,90 +179,104 @@ fn normalised(ray: &Ray) -> Option<(Ray, f64)> {
     (length > 0.0 && length.is_finite()).then_some((unit, length))
 }
 
-struct Closest<'a, A> {
+struct Closest<'a, T> {
     tree: &'a TriangleBvh,
     ray: &'a Ray,
-    adjust: A,
+    twist: PhantomData<T>,
 }
 
-impl<A: FnOnce(&mut Query)> Task for Closest<'_, A> {
+impl<T: Twist> Task for Closest<'_, T> {
     type Output = Option<TriangleHit>;
 
     #[inline(always)]
     fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> Option<TriangleHit> {
-        let Self { tree, ray, adjust } = self;
+        let Self { tree, ray, .. } = self;
         let root = tree.root?;
-        let mut query = Query::new(N::FUSED, &tree.frame, ray)?;
-        adjust(&mut query);
         if let Some(few) = &tree.few {
-            return few.closest(wide, &tree.corners, &query, ray, tree.frame.scale);
+            return few.closest::<T, W>(wide, &tree.corners, &tree.frame, ray);
         }
-        let shear = Shear::new(ray);
-        let beam = Beam::new(narrow, &query);
+        let query = Query::new::<T>(narrow, &tree.frame, ray)?;
+        let shear = Shear::new(narrow, ray);
+        let beam = Beam::new(narrow, &query.slabs::<T>(narrow));
         let probe = Probe::new(narrow, &query);
         let mut best: Option<TriangleHit> = None;
         let mut reach = query.reach;
-        walk::nearest_first(narrow, &tree.nodes, root, &beam, reach, |leaf| {
-            let block = &tree.blocks[leaf as usize];
-            let tested = block.test(narrow, &probe);
-            let mut candidates = narrow.bits(tested.candidates(narrow, narrow.splat(reach)));
-            while candidates != 0 {
-                let lane = candidates.trailing_zeros();
-                candidates &= candidates - 1;
-                let corners = &tree.corners[(block.first + lane) as usize];
-                if let Some(hit) = shear.hit(corners, ray.t_max)
-                    && best.as_ref().is_none_or(|best| hit.before(best))
-                {
-                    reach = up(hit.t * tree.frame.scale);
-                    best = Some(hit);
+        walk::nearest_first(
+            narrow,
+            &tree.nodes,
+            root,
+            &beam,
+            reach,
+            |child| tree.prefetch(narrow, child),
+            |leaf| {
+                let block = &tree.blocks[leaf as usize];
+                let tested = block.test(narrow, &probe);
+                let mut candidates = narrow.bits(tested.candidates(narrow, narrow.splat(reach)));
+                while candidates != 0 {
+                    let lane = candidates.trailing_zeros();
+                    candidates &= candidates - 1;
+                    let corners = &tree.corners[(block.first + lane) as usize];
+                    if let Some(hit) = shear.hit(narrow, corners, ray.t_max)
+                        && best.as_ref().is_none_or(|best| hit.before(best))
+                    {
+                        reach = up(hit.t * tree.frame.scale);
+                        best = Some(hit);
+                    }
                 }
-            }
-            reach
-        });
+                reach
+            },
+        );
         best
     }
 }
 
-struct Occluded<'a, A> {
+struct Occluded<'a, T> {
     tree: &'a TriangleBvh,
     ray: &'a Ray,
-    adjust: A,
+    twist: PhantomData<T>,
 }
 
-impl<A: FnOnce(&mut Query)> Task for Occluded<'_, A> {
+impl<T: Twist> Task for Occluded<'_, T> {
     type Output = bool;
 
     #[inline(always)]
     fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> bool {
-        let Self { tree, ray, adjust } = self;
+        let Self { tree, ray, .. } = self;
         let Some(root) = tree.root else { return false };
-        let Some(mut query) = Query::new(N::FUSED, &tree.frame, ray) else { return false };
-        adjust(&mut query);
         if let Some(few) = &tree.few {
-            return few.occluded(wide, &tree.corners, &query, ray);
+            return few.occluded::<T, W>(wide, &tree.corners, &tree.frame, ray);
         }
-        let beam = Beam::new(narrow, &query);
+        let Some(query) = Query::new::<T>(narrow, &tree.frame, ray) else { return false };
+        let beam = Beam::new(narrow, &query.slabs::<T>(narrow));
         let probe = Probe::new(narrow, &query);
         let reach = narrow.splat(query.reach);
-        walk::any(narrow, &tree.nodes, root, &beam, query.reach, |leaf| {
-            let block = &tree.blocks[leaf as usize];
-            let tested = block.test(narrow, &probe);
-            let mut candidates = narrow.bits(tested.candidates(narrow, reach));
-            if candidates == 0 {
-                return false;
-            }
-            if narrow.bits(tested.certain(narrow, reach)) != 0 {
-                return true;
-            }
-            let shear = Shear::new(ray);
-            while candidates != 0 {
-                let lane = candidates.trailing_zeros();
-                candidates &= candidates - 1;
-                if shear.hit(&tree.corners[(block.first + lane) as usize], ray.t_max).is_some() {
+        walk::any(
+            narrow,
+            &tree.nodes,
+            root,
+            &beam,
+            query.reach,
+            |child| tree.prefetch(narrow, child),
+            |leaf| {
+                let block = &tree.blocks[leaf as usize];
+                let tested = block.test(narrow, &probe);
+                let mut candidates = narrow.bits(tested.candidates(narrow, reach));
+                if candidates == 0 {
+                    return false;
+                }
+                if narrow.bits(tested.certain(narrow, reach)) != 0 {
                     return true;
                 }
-            }
-            false
-        })
+                let shear = Shear::new(narrow, ray);
+                while candidates != 0 {
+                    let lane = candidates.trailing_zeros();
+                    candidates &= candidates - 1;
+                    if shear.hit(narrow, &tree.corners[(block.first + lane) as usize], ray.t_max).is_some() {
+                        return true;
+                    }
+                }
+                false
+            },
+        )
     }
 }
