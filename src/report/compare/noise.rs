@@ -11,6 +11,10 @@
 //! - **image**: the difference of the means of the whole pictures in each channel. This sees a bias of a tenth of a
 //!   percent that no pixel shows.
 //!
+//! Mean z and mean z² are shown and not judged: the pixel that has missed a bright path makes the one negative and the
+//! other large in a correct picture. A mean z² well above what is expected says that variances are stated too small, that
+//! a picture taken as exact is not, or that pixels differ in many places by less than their noise.
+//!
 //! Sums take pixels for independent: true where every sample belongs to one pixel, not where a wide filter spreads each
 //! sample over several, which makes the noise of a block look smaller than it is.
 //! # References
