@@ -122,7 +122,8 @@ fn the_reference_is_the_second_unless_it_is_named() {
     };
     let by_c = relmse(&[&a, &c]);
     let by_a = relmse(&[&a, &c, "--reference", "A"]);
-    assert!((by_c.0 - 0.25).abs() <= 0.1 && (by_a.0 - 1.0).abs() <= 0.2, "{by_c:?} {by_a:?}");
+    // A difference of 1 over 2² and over 1²; noise of a sixth of a makes the latter larger.
+    assert!((by_c.0 - 0.25).abs() <= 0.1 && (1.0..1.5).contains(&by_a.0), "{by_c:?} {by_a:?}");
     assert_eq!((by_c.1, by_a.1), ("b".into(), "a".into()));
     assert!((by_c.2 - 1.0).abs() <= 0.05 && by_a.2 == by_c.2, "A stays A");
     assert_eq!(relmse(&[&a, &c, "--reference", &a]).0, by_a.0);
@@ -146,7 +147,7 @@ fn without_variance_nothing_is_said_of_noise() {
     assert_eq!(compare_json(&[&bare_a, &bare_a], 0)["identical"], true);
     refused(&["compare", &bare_a, &bare_b, "--z-image", &films.path("z.png")], &["neither file has a variance"]);
     // One variance: b counts as exact, which it is not, and z² is twice what it should be.
-    let half = compare_json(&[&a, &bare_b], 1);
+    let half = compare_json(&[&a, &bare_b], 0);
     assert!(half["b"]["noise"].as_str().unwrap().contains("taken as exact"));
     let z2 = |json: &Value| json["noise"]["mean_z2"].as_f64().unwrap();
     assert!((z2(&half) / z2(&compare_json(&[&a, &b], 0)) - 2.0).abs() <= 0.3);

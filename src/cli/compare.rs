@@ -140,6 +140,9 @@ pub(super) fn job(args: CompareArgs) -> anyhow::Result<Job> {
         };
         sides.push(Side { name: path.display().to_string(), image: image.clone(), noise, noise_source });
     }
+    if z_image.is_some() && sides.iter().all(|side| side.noise.is_none()) {
+        bail!("--z-image: neither file has a variance, so there is no z");
+    }
     let sides = <[Side; 2]>::try_from(sides).map_err(|_| anyhow!("two pictures are compared"))?;
     let settings = Settings { level: args.level, outliers: args.outliers, ..Settings::default() };
     Ok(Job { sides, reference_first, settings, json, z_image, error_image })
@@ -186,7 +189,7 @@ pub(super) fn run(job: &Job, out: &mut dyn Write, terminal: bool) -> anyhow::Res
         }
     }
     if let Some((target, format)) = &job.z_image {
-        let image = picture::z_image(&result, *format).context("--z-image: neither file has a variance")??;
+        let image = picture::z_image(&result, *format).context("--z-image: no pixel has a z")??;
         target.write(&image.encode(*format, 0.0)?).context("--z-image: cannot be written")?;
     }
     if let Some((target, format)) = &job.error_image {

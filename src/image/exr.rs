@@ -59,7 +59,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
     for (part, layer) in content.layer_data.into_iter().enumerate() {
         let part_name = layer.attributes.layer_name.as_ref().map_or_else(|| part.to_string(), ToString::to_string);
         if part == 0 {
-            image.metadata.extend(words(layer.attributes.other.iter()));
+            let known = &layer.attributes;
+            for (key, word) in
+                [("software", &known.software_name), ("comments", &known.comments), ("owner", &known.owner)]
+            {
+                image.metadata.extend(word.as_ref().map(|word| (key.to_string(), utf8(word))));
+            }
+            image.metadata.extend(words(known.other.iter()));
         }
         for channel in layer.channel_data.list {
             let name = if part == 0 { channel.name.to_string() } else { format!("{part_name}.{}", channel.name) };
@@ -100,7 +106,14 @@ pub(super) fn encode(image: &Image) -> Result<Vec<u8>, String> {
     let channels = AnyChannels::sort(image.planes.iter().map(channel).collect());
     let mut attributes = LayerAttributes::default();
     for (key, value) in &image.metadata {
-        attributes.other.insert(text(key), AttributeValue::Text(text(value)));
+        let value = text(value);
+        match key.as_str() {
+            "software" => attributes.software_name = Some(value),
+            "comments" => attributes.comments = Some(value),
+            "owner" => attributes.owner = Some(value),
+            // The crate refuses names with a meaning of their own, such as `version` and `view`.
+            _ => drop(attributes.other.insert(text(key), AttributeValue::Text(value))),
+        }
     }
     let encoding = Encoding {
         compression: exr::prelude::Compression::ZIP16,
@@ -125,11 +138,14 @@ mod tests {
         image.push("Samples", (0..35 * 20).map(|i| i as f32).collect()).unwrap();
         image.set_metadata("scene", "Würfel, 1/3");
         image.set_metadata("samples", "64");
+        image.set_metadata("software", "a program");
         let back = decode(&encode(&image).unwrap()).unwrap();
         assert_eq!(back.storage(), Storage::Float);
         assert_eq!(back.metadata(), image.metadata());
         for name in image.names() {
             assert_eq!(back.plane(name), image.plane(name), "{name}");
         }
+        image.set_metadata("version", "a name that the format has taken");
+        assert!(encode(&image).is_err());
     }
 }

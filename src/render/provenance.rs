@@ -125,7 +125,7 @@ impl Provenance {
             ("runs", runs.join("; ")),
             ("samples", self.samples().to_string()),
             ("seconds", self.seconds.to_string()),
-            ("version", env!("CARGO_PKG_VERSION").into()),
+            ("software", concat!("whitefurnace ", env!("CARGO_PKG_VERSION")).into()),
         ]
         .map(|(key, value)| (key.to_string(), value))
         .into();

@@ -11,6 +11,10 @@
 //! - **image**: the difference of the means of the whole pictures in each channel. This sees a bias of a tenth of a
 //!   percent that no pixel shows.
 //!
+//! Mean z and mean z² are shown and not judged: the pixel that has missed a bright path makes the one negative and the
+//! other large in a correct picture. A mean z² well above what is expected says that variances are stated too small, that
+//! a picture taken as exact is not, or that pixels differ in many places by less than their noise.
+//!
 //! Sums take pixels for independent: true where every sample belongs to one pixel, not where a wide filter spreads each
 //! sample over several, which makes the noise of a block look smaller than it is.
 //! # References
@@ -58,7 +62,7 @@ pub struct ManyTests {
     pub failing: usize,
     /// How many may.
     pub allowed: usize,
-    /// |z| of the bound, in normal deviates.
+    /// The bound on |z|, at the worst one's degrees of freedom.
     pub bound: f64,
     /// The largest |z|.
     pub worst: Worst,
@@ -237,6 +241,7 @@ impl Pair<'_> {
             failing += usize::from(fails);
         }
         let allowed = (outliers * count as f64).floor() as usize;
+        let bound = t_bound(p, self.freedom(worst.y * self.width + worst.x, worst.channel));
         ManyTests { tested: count, failing, allowed, bound, worst }
     }
 
@@ -283,11 +288,19 @@ fn normal_bound(p: f64) -> f64 {
     -Normal::standard().inverse_cdf(0.5 * p)
 }
 
+/// Student's t; None from where it agrees with the normal distribution to the last digit that matters.
+fn student(freedom: f64) -> Option<StudentsT> {
+    if freedom < 1e6 { StudentsT::new(0.0, 1.0, freedom).ok() } else { None }
+}
+
 /// Two-sided p-value of Student's t.
 fn t_p(z: f64, freedom: f64) -> f64 {
-    // Beyond 1e6 degrees the two distributions agree to the last digit that matters.
-    let student = if freedom < 1e6 { StudentsT::new(0.0, 1.0, freedom).ok() } else { None };
-    2.0 * student.map_or_else(|| Normal::standard().sf(z.abs()), |student| student.sf(z.abs()))
+    2.0 * student(freedom).map_or_else(|| Normal::standard().sf(z.abs()), |student| student.sf(z.abs()))
+}
+
+/// The inverse: the |z| that has this two-sided p-value.
+fn t_bound(p: f64, freedom: f64) -> f64 {
+    student(freedom).map_or_else(|| normal_bound(p), |student| -student.inverse_cdf(0.5 * p))
 }
 
 #[cfg(test)]
@@ -412,6 +425,9 @@ mod tests {
         assert_relative_eq!(sidak(0.01, 3_000_000), 0.01005033585 / 3e6, max_relative = 1e-8);
         // Student's t: 2.228 leaves 5 % at 10 degrees of freedom.
         assert_relative_eq!(t_p(2.228_138_852, 10.0), 0.05, max_relative = 1e-8);
+        for (p, freedom) in [(0.05, 10.0), (1e-7, 63.0), (1e-8, 3.5), (1e-6, f64::INFINITY)] {
+            assert_relative_eq!(t_p(t_bound(p, freedom), freedom), p, max_relative = 1e-6);
+        }
         assert_relative_eq!(t_p(1.959_963_985, f64::INFINITY), 0.05, max_relative = 1e-8);
     }
 }
