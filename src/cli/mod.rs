@@ -7,6 +7,7 @@
 mod albedo;
 mod args;
 mod eval;
+mod furnace;
 mod job;
 mod list;
 mod sample;
@@ -66,6 +67,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Albedo(args) => albedo::run(&job::albedo(args)?, &mut out),
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
+        Command::Furnace(args) => furnace::run(args, &mut out, terminal),
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;

@@ -1,5 +1,6 @@
 //! Rendering: estimators of the radiance along a ray, and the film that collects it.
 
+pub mod furnace;
 pub mod path;
 pub mod probe;
 pub mod progressive;

@@ -155,6 +155,6 @@ mod tests {
 
     #[test]
     fn nothing_is_read_where_nothing_ends() {
-        assert!(Law::read(&[1.0; 5000]).is_none());
+        assert!(Law::read(&vec![1.0; 5000]).is_none());
     }
 }
