@@ -366,10 +366,25 @@ fn a_reader_that_goes_away_is_no_error() {
 }
 
 #[test]
+fn furnace_judges_the_path_tracer_and_spheres_of_models() {
+    let report = json_of(&["furnace", "--samples", "2000", "--level", "0.001", "--json", "-"], 0);
+    assert_eq!((&report["schema"], &report["seed"]), (&json!(1), &json!(1)));
+    let checks = report["subjects"][0]["checks"].as_array().unwrap();
+    assert!(checks.len() == 8 && checks.iter().all(|check| check["verdict"] == "pass"));
+    // A sphere of a model that is not reciprocal is still as bright as its albedo.
+    let shown = stdout(&["furnace", SECOND_PHONG, "lambert:rho=1", "--samples", "2000", "--level", "0.001"], 0);
+    assert!(shown.contains("albedo_mis") && shown.contains("PASS  lambert:rho=1"), "{shown}");
+    // Black shows nothing.
+    stdout(&["furnace", "lambert:rho=0", "--samples", "1000"], 3);
+    refused(&["furnace", "lambrt"], "no such model");
+    refused(&["furnace", "--samples", "0"], "allowed is a whole number");
+}
+
+#[test]
 fn help_and_version_are_no_errors() {
     assert!(stdout(&["--version"], 0).starts_with("whitefurnace "));
     assert!(stdout(&["--help"], 0).contains("Exit status"));
-    for command in ["list", "validate", "albedo", "eval", "sample", "scenes", "selftest"] {
+    for command in ["list", "validate", "albedo", "eval", "sample", "furnace", "scenes", "selftest"] {
         let help = stdout(&[command, "--help"], 0);
         assert!(help.contains("Examples:") && help.contains(&format!("whitefurnace {command}")), "{help}");
     }

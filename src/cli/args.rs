@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use super::compare::{self, CompareArgs};
+use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
@@ -60,6 +61,12 @@ pub(super) enum Command {
         depend on N.\n\nExamples:\n  whitefurnace sample ggx:alpha=0.3 --wo 60,0 -n 1000 --format csv > draws.csv\n  \
         whitefurnace sample burley:rho=0.8,roughness=1 --wo 80,0 -n 5 --seed 7"))]
     Sample(SampleArgs),
+    /// Puts the path tracer through scenes whose answer is known, or a sphere of each SUBJECT into constant light
+    #[command(after_help = format!("{SUBJECTS}\n\nExit status: 0 all pass, 1 some check fails, \
+        3 none fails but some are inconclusive, 2 bad usage or input\n\nExamples:\n  \
+        whitefurnace furnace\n  whitefurnace furnace ggx:alpha=0.3 burley:rho=0.8,roughness=0.5 --samples 100000\n  \
+        whitefurnace furnace --json -"))]
+    Furnace(FurnaceArgs),
     /// Lists every built-in scene with its parameters, and what is known about it in closed form
     #[command(after_help = "Examples:\n  whitefurnace scenes\n  whitefurnace scenes --json | jq -r '.scenes[].name'")]
     Scenes(ScenesArgs),
@@ -221,7 +228,7 @@ pub(super) fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("allowed is a whole number from 0 to {}", u64::MAX))
 }
 
-fn draws(text: &str) -> Result<u64, String> {
+pub(super) fn draws(text: &str) -> Result<u64, String> {
     let n = text.parse().ok().filter(|n| (1..=1_000_000_000).contains(n));
     n.ok_or_else(|| "allowed is a whole number from 1 to 1000000000".into())
 }

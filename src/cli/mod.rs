@@ -8,6 +8,7 @@ mod albedo;
 mod args;
 mod compare;
 mod eval;
+mod furnace;
 mod job;
 mod list;
 mod merge;
@@ -70,6 +71,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Albedo(args) => albedo::run(&job::albedo(args)?, &mut out),
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
+        Command::Furnace(args) => furnace::run(args, &mut out, terminal),
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Render(args) => render::run(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),

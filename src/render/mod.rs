@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod film;
 pub mod filter;
+pub mod furnace;
 pub mod path;
 pub mod probe;
 pub mod progressive;

@@ -1,8 +1,11 @@
 //! The mean of an estimator of radiance over a family of rays, with everything that is known of its spread.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::Radiance;
+use crate::math::color::Rgb;
 use crate::math::sum::Moments;
 use crate::sampling::sampler::{Independent, Sampler};
 use crate::scene::{Ray, Scene};
@@ -40,20 +43,41 @@ impl Probe {
         scene: &Scene,
         ray: &(dyn Fn(&mut dyn Sampler) -> Ray + Sync),
     ) -> Vec<[Moments; 3]> {
-        let block = |block: u64| {
-            let mut sampler = Independent::new(self.seed);
-            let mut moments = [Moments::default(); 3];
-            for sample in block * BLOCK..(block + 1) * BLOCK {
-                sampler.begin(self.number, sample);
-                let ray = ray(&mut sampler);
-                let radiance = tracer.radiance(scene, ray, &mut sampler).to_array();
-                for (moments, value) in moments.iter_mut().zip(radiance) {
-                    moments.add(value);
-                }
-            }
-            moments
-        };
+        let block = |block: u64| self.range(tracer, scene, ray, block * BLOCK..(block + 1) * BLOCK);
         (0..self.samples.div_ceil(BLOCK)).into_par_iter().map(block).collect()
+    }
+
+    /// Mean and moments per channel of the samples of these numbers, on one thread.
+    pub fn range(
+        &self,
+        tracer: &dyn Radiance,
+        scene: &Scene,
+        ray: &(dyn Fn(&mut dyn Sampler) -> Ray + Sync),
+        samples: Range<u64>,
+    ) -> [Moments; 3] {
+        let mut moments = [Moments::default(); 3];
+        for radiance in self.values(tracer, scene, ray, samples) {
+            for (moments, value) in moments.iter_mut().zip(radiance.to_array()) {
+                moments.add(value);
+            }
+        }
+        moments
+    }
+
+    /// The samples of these numbers, one by one.
+    pub fn values(
+        &self,
+        tracer: &dyn Radiance,
+        scene: &Scene,
+        ray: &(dyn Fn(&mut dyn Sampler) -> Ray + Sync),
+        samples: Range<u64>,
+    ) -> impl Iterator<Item = Rgb> {
+        let mut sampler = Independent::new(self.seed);
+        samples.map(move |sample| {
+            sampler.begin(self.number, sample);
+            let ray = ray(&mut sampler);
+            tracer.radiance(scene, ray, &mut sampler)
+        })
     }
 }
 
@@ -66,7 +90,6 @@ pub fn merged(blocks: &[[Moments; 3]]) -> [Moments; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::color::Rgb;
     use crate::scene::builtin::builtin;
     use glam::DVec3;
 

@@ -214,13 +214,17 @@ impl PathTracer {
             if matches!(self.strategy, Strategy::Mis | Strategy::Direct) {
                 sum += path.throughput * self.connect(scene, &path, &vertex, sampler);
             }
-            let drawn = vertex.sample(sampler.next_uniforms());
+            let mut drawn = vertex.sample(sampler.next_uniforms());
             if self.strategy == Strategy::RandomConnect {
                 let chance = self.chance_to_connect(&path, &vertex, drawn.as_ref());
                 if sampler.next_1d() < chance {
                     return sum + path.throughput * self.connect(scene, &path, &vertex, sampler) / chance;
                 }
-                path.throughput = path.throughput / (1.0 - chance);
+                // In the weight, so that roulette knows: two games that each stop a path for what it loses at a surface
+                // would leave the survivors with an infinite variance.
+                if let Some(drawn) = &mut drawn {
+                    drawn.weight = drawn.weight / (1.0 - chance);
+                }
             }
             let Some(drawn) = drawn else { return sum };
             if !self.scatter(scene, &mut path, &vertex, &drawn, sampler) {
@@ -261,8 +265,9 @@ impl PathTracer {
     /// or, without a limit, what keeps the weight of going on near 1.
     fn chance_to_connect(&self, path: &Path, vertex: &Vertex, drawn: Option<&BsdfSample>) -> f64 {
         let Some(limit) = self.bounces else {
-            // Below .05 a white furnace would never end; above .5 direct light is already worth every second path.
-            return drawn.map_or(0.5, |drawn| (1.0 - drawn.weight.max_channel()).clamp(0.05, 0.5));
+            // Below .01 a white furnace would hardly end, and above it a room of albedo ρ would have an infinite variance
+            // from ρ² = 1 − .01 on; above .5 direct light is already worth every second path.
+            return drawn.map_or(0.5, |drawn| (1.0 - drawn.weight.max_channel()).clamp(0.01, 0.5));
         };
         // A Dirac lobe brings what no connection at this surface can: one more to pick from.
         let beyond = u32::from(vertex.bsdf.lobes().contains(Lobes::DIRAC));

@@ -10,7 +10,8 @@ pub enum Roulette {
     /// With the largest channel of the reflection's weight, or 1: the weight of a path never grows, and for a diffuse
     /// surface it is the albedo.
     Albedo,
-    /// From this number of reflections on with the largest channel of the path's weight, at most .95.
+    /// From this number of reflections on with the largest channel of the path's weight, at most .99: in a closed room of
+    /// albedo ρ the variance is finite while ρ² is below that.
     From(u32),
     /// With a constant probability in (0, 1]. Where it is below the square of the albedo the variance has no bound.
     Constant(f64),
@@ -25,7 +26,8 @@ impl Roulette {
             Self::Off => 1.0,
             Self::Albedo => weight.max_channel().min(1.0),
             Self::From(first) if depth < first => 1.0,
-            Self::From(_) => throughput.max_channel().min(0.95),
+            // Less than 1, so that light that is caught in glass is given up some day.
+            Self::From(_) => throughput.max_channel().min(0.99),
             Self::Constant(q) => q,
         }
     }
@@ -42,7 +44,7 @@ mod tests {
         assert_eq!(Roulette::Albedo.survival(1, weight, throughput), 0.7);
         assert_eq!(Roulette::Albedo.survival(1, Rgb::grey(1.4), throughput), 1.0);
         assert_eq!(Roulette::From(3).survival(2, weight, throughput), 1.0);
-        assert_eq!(Roulette::From(3).survival(3, weight, throughput), 0.95);
+        assert_eq!(Roulette::From(3).survival(3, weight, throughput), 0.99);
         assert_eq!(Roulette::From(3).survival(3, weight, Rgb::BLACK), 0.0);
     }
 }
