@@ -12,6 +12,9 @@ use crate::scene::mesh::MeshError;
 /// The longest piece of a file that an error repeats, in characters.
 const LONGEST_QUOTE: usize = 80;
 
+/// The longest message of another error that an error repeats, in characters.
+const LONGEST_SOURCE: usize = 400;
+
 /// Where in a file something is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -74,7 +77,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum SceneError {
     /// The file cannot be opened or read.
-    #[error("{place}: cannot be read: {source}")]
+    #[error("{place}: cannot be read: {}", one_line(&source.to_string(), LONGEST_SOURCE))]
     Read {
         /// The file, and where it is asked for if another file does so.
         place: String,
@@ -144,7 +147,7 @@ pub enum SceneError {
         most: u64,
     },
     /// A mesh whose parts do not fit together.
-    #[error("{place}: {source}")]
+    #[error("{place}: {}", one_line(&source.to_string(), LONGEST_SOURCE))]
     Mesh {
         /// Where.
         place: Place,
@@ -152,7 +155,7 @@ pub enum SceneError {
         source: MeshError,
     },
     /// An image that cannot be read.
-    #[error("{place}: {source}")]
+    #[error("{place}: {}", one_line(&source.to_string(), LONGEST_SOURCE))]
     Image {
         /// Where it is asked for.
         place: Place,
@@ -160,7 +163,7 @@ pub enum SceneError {
         source: Box<ImageError>,
     },
     /// A parameter outside the domain of a model of reflection.
-    #[error("{place}: {source}")]
+    #[error("{place}: {}", one_line(&source.to_string(), LONGEST_SOURCE))]
     Model {
         /// Where.
         place: Place,

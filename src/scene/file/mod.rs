@@ -4,12 +4,15 @@
 //! [`LoadOptions::lenient`] it is a warning, and the nearest thing takes its place. A scene is never silently another.
 //! Files are not trusted: memory and time are bounded, whatever they say.
 
+mod assembly;
 mod error;
 mod mitsuba;
 mod obj;
 mod ply;
 mod serialized;
 mod source;
+#[cfg(test)]
+mod testing;
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -39,8 +42,39 @@ pub struct Loaded {
 /// Reads the scene in `path`.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, SceneError> {
     let notes = Notes::new(options.lenient);
-    let scene = mitsuba::load(path, options, &notes)?;
+    let scene = match format_of(path)? {
+        Format::Mitsuba => mitsuba::load(path, options, &notes)?,
+        Format::Obj => obj::load(path, &notes)?,
+        Format::Ply => ply::load_scene(path, &notes)?,
+    };
     Ok(Loaded { scene, warnings: notes.into_warnings() })
+}
+
+/// The formats that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Mitsuba,
+    Obj,
+    Ply,
+}
+
+/// The format of `path`: by its first bytes where they tell, else by its extension.
+fn format_of(path: &Path) -> Result<Format, SceneError> {
+    let start = source::read_start(path)?;
+    let text = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&start).trim_ascii_start();
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match extension.as_str() {
+        _ if text.starts_with(b"ply") && text.get(3).is_some_and(u8::is_ascii_whitespace) => Ok(Format::Ply),
+        _ if text.starts_with(b"<") => Ok(Format::Mitsuba),
+        "xml" => Ok(Format::Mitsuba),
+        "obj" => Ok(Format::Obj),
+        "ply" => Ok(Format::Ply),
+        _ => Err(SceneError::Unsupported {
+            place: Place::whole(path),
+            what: format!("a file of type {}", error::quoted(&extension)),
+            known: "Mitsuba XML (.xml), Wavefront OBJ (.obj), PLY (.ply), glTF 2.0 (.gltf, .glb)".into(),
+        }),
+    }
 }
 
 /// The warnings so far, and whether what is not supported is one.

@@ -205,3 +205,91 @@ impl Stream<'_> {
 fn triples(values: &[f64]) -> Vec<DVec3> {
     values.as_chunks().0.iter().map(|&[x, y, z]| DVec3::new(x, y, z)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::Compression;
+    use flate2::write::ZlibEncoder;
+    use std::io::Write;
+
+    /// A triangle at height `z`: version 4 with a name in double precision, version 3 in single.
+    fn stream(version: u16, z: f32, vertices: u64) -> Vec<u8> {
+        let mut data = Vec::new();
+        let wide = version == 4;
+        data.extend((if wide { 0x2003_u32 } else { 0x1003 }).to_le_bytes());
+        if wide {
+            data.extend(b"name\0");
+        }
+        data.extend(vertices.to_le_bytes());
+        data.extend(1_u64.to_le_bytes());
+        let positions = [0.0, 0.0, z, 1.0, 0.0, z, 0.0, 1.0, z];
+        let normals = [0.0, 0.0, 1.0].repeat(3);
+        let uvs = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
+        for value in positions.into_iter().chain(normals).chain(uvs) {
+            if wide { data.extend(f64::from(value).to_le_bytes()) } else { data.extend(value.to_le_bytes()) }
+        }
+        for corner in [0, 1, 2_u32] {
+            data.extend(corner.to_le_bytes());
+        }
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(&data).unwrap();
+        let mut bytes = [MAGIC.to_le_bytes(), version.to_le_bytes()].concat();
+        bytes.extend(encoder.finish().unwrap());
+        bytes
+    }
+
+    fn file(version: u16, streams: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut list = Vec::new();
+        for stream in streams {
+            let at = bytes.len();
+            if version == 4 {
+                list.extend((at as u64).to_le_bytes())
+            } else {
+                list.extend((at as u32).to_le_bytes())
+            }
+            bytes.extend(stream);
+        }
+        bytes.extend(list);
+        bytes.extend((streams.len() as u32).to_le_bytes());
+        bytes
+    }
+
+    fn read(bytes: &[u8], index: usize) -> Result<Mesh, SceneError> {
+        parse(Path::new("a.serialized"), bytes, index)
+    }
+
+    #[test]
+    fn both_versions() {
+        for version in [3, 4] {
+            let bytes = file(version, &[stream(version, 0.0, 3), stream(version, 2.0, 3)]);
+            let mesh = read(&bytes, 1).unwrap();
+            assert_eq!((mesh.positions()[1], mesh.triangles()), (DVec3::new(1.0, 0.0, 2.0), [[0, 1, 2]].as_slice()));
+            assert_eq!((mesh.normals()[0], mesh.uvs()[2]), (DVec3::Z, DVec2::Y));
+        }
+    }
+
+    #[test]
+    fn lies_are_refused() {
+        let error = |bytes: &[u8], index| read(bytes, index).unwrap_err().to_string();
+        let good = file(4, &[stream(4, 0.0, 3)]);
+        assert!(error(&good, 1).contains("mesh 1 is asked for; allowed is meshes 0 to 1, exclusive"));
+        let huge = file(4, &[stream(4, 0.0, 1_000_000_000)]);
+        assert!(error(&huge, 0).contains("mesh 0: the counts of vertices and triangles = 1000000000 and 1"));
+        let long = file(4, &[stream(4, 0.0, 4)]);
+        assert!(error(&long, 0).contains("the file ends within its data"), "{}", error(&long, 0));
+        let mut magic = good.clone();
+        magic[0] = 0;
+        assert!(error(&magic, 0).starts_with("a.serialized: byte 0: the identifier 0x0400 and the version 4"));
+        for end in 0..good.len() {
+            assert!(read(&good[..end], 0).is_err(), "cut at {end}");
+        }
+        for at in 0..good.len() {
+            let mut damaged = good.clone();
+            damaged[at] ^= 0x55;
+            // The checksum of zlib is not asked for; all that counts is that nothing panics.
+            let _ = read(&damaged, 0);
+        }
+    }
+}

@@ -12,6 +12,8 @@ mod primitive;
 mod props;
 mod settings;
 mod shape;
+#[cfg(test)]
+mod tests;
 mod texture;
 mod transform;
 

@@ -256,8 +256,7 @@ impl<'d> Props<'d> {
                 "" => format!("{} in {}", node.shown(), self.node.shown()),
                 name => format!("{} of {}", quoted(name), self.node.shown()),
             };
-            let kind = if OBJECTS.contains(&node.tag.as_str()) { "" } else { " properties" };
-            let known = format!("{}{kind}", listed(known.iter().copied()));
+            let known = listed(known.iter().copied());
             let place = self.document.place(node);
             notes.unsupported(SceneError::Unsupported { place, what, known }, "it is ignored")?;
         }

@@ -10,9 +10,9 @@ use super::bsdf::Uses;
 use super::colour::{self, Role};
 use super::document::NodeId;
 use super::props::Props;
-use crate::image::Image;
 use crate::math::color::Rgb;
 use crate::scene::file::error::{SceneError, quoted};
+use crate::scene::file::source;
 use crate::scene::texture::{Bitmap, Texture, Wrap};
 
 const KNOWN: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
@@ -135,21 +135,8 @@ fn pixels(context: &Context<'_>, props: &Props<'_>, path: &Path, raw: bool) -> R
 
 /// The same, read afresh.
 pub(super) fn read_pixels(props: &Props<'_>, path: &Path, raw: bool) -> Result<Pixels, SceneError> {
-    let place = props.place();
-    let image = Image::read(path).map_err(|e| SceneError::Image { place: place.clone(), source: Box::new(e) })?;
-    let bad = |problem: &str, allowed: &str| SceneError::Malformed {
-        place: place.clone(),
-        problem: format!("{}: {problem}", path.display()),
-        allowed: allowed.into(),
-    };
-    if !image.has_colour() {
-        return Err(bad("no colours", "an image with planes R, G and B, or one"));
-    }
+    let image = source::read_image(path, &props.place())?;
     let rgb = if raw { image.pixels_rgb() } else { image.pixels_linear_rgb() };
-    if let Some(at) = rgb.iter().position(|pixel| !pixel.iter().all(|x| x.is_finite() && *x >= 0.0)) {
-        let problem = format!("pixel {}, {} is negative or no number", at % image.width(), at / image.width());
-        return Err(bad(&problem, "finite colours ≥ 0"));
-    }
     Ok(Pixels { rgb: Arc::new(rgb), width: image.width(), height: image.height() })
 }
 

@@ -6,6 +6,11 @@
 //! # References
 //! - Wavefront, Advanced Visualizer manual, appendix B1 (object files)
 
+mod mtl;
+mod scene;
+#[cfg(test)]
+mod tests;
+
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -16,6 +21,8 @@ use super::error::{Place, SceneError, listed, quoted};
 use super::source;
 use crate::math::color::Rgb;
 use crate::scene::mesh::{Mesh, MeshError};
+
+pub(super) use scene::load;
 
 /// A corner of a polygon: position, texture coordinate and normal, from 0; [`NONE`] where there is none.
 type Corner = [u32; 3];
@@ -39,7 +46,6 @@ pub(super) struct Obj {
 }
 
 /// Triangles of one object or group and of one material.
-#[expect(dead_code, reason = "until OBJ files are scenes of their own")]
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) name: String,
@@ -62,9 +68,13 @@ impl Obj {
     }
 
     /// One group as a mesh.
-    #[expect(dead_code, reason = "until OBJ files are scenes of their own")]
     pub(super) fn group(&self, group: &Group) -> Result<Mesh, MeshError> {
         self.mesh(group.triangles.iter())
+    }
+
+    /// Whether any position has a colour.
+    fn is_coloured(&self) -> bool {
+        self.colors.iter().any(Option::is_some)
     }
 
     /// Corners that agree in all three indices become one vertex.
