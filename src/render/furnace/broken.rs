@@ -13,7 +13,7 @@ use crate::math::color::Rgb;
 use crate::render::Radiance;
 use crate::render::path::{PathTracer, Roulette, Strategy};
 use crate::sampling::sampler::Sampler;
-use crate::scene::{Ray, Scene, Surface, leave};
+use crate::scene::{Ray, Scene, Surface};
 use crate::validate::Sheet;
 
 /// A mistake of a path tracer.
@@ -88,7 +88,7 @@ impl Textbook {
                 weight = if self.has(Mistake::RouletteUnweighed) { weight } else { weight / survival };
             }
             dir = surface.frame.to_world(drawn.wi);
-            let Some(next) = scene.intersect(&leave(surface.p, surface.ng, dir)) else { break };
+            let Some(next) = scene.intersect(&scene.leave(&surface, dir)) else { break };
             let (number, radiance) = self.emitted(scene, &next, -dir);
             let Density::SolidAngle(pdf) = drawn.density else { break };
             let share = match self.settings.strategy {
@@ -126,7 +126,7 @@ impl Textbook {
             }
             Density::SolidAngle(p) | Density::Dirac(p) => 1.0 / p,
         };
-        f * cosine * light.radiance * scene.transmittance(&light.shadow_ray(surface.p, surface.ng), 0) * share
+        f * cosine * light.radiance * scene.transmittance(&scene.shadow_ray(surface, &light), 0) * share
     }
 }
 

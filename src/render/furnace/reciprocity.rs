@@ -11,7 +11,8 @@ use super::rooms::{STRATEGIES, diffuse, facing, inside_out, reflections, scene, 
 use crate::math::sum::Moments;
 use crate::sampling::sampler::Sampler;
 use crate::sampling::warp::cosine_hemisphere;
-use crate::scene::{Geometry, Scene, leave};
+use crate::scene::ray::offset_origin;
+use crate::scene::{Geometry, Ray, Scene};
 use crate::validate::Check;
 
 fn patches() -> [DAffine3; 2] {
@@ -38,7 +39,8 @@ pub(super) fn check(engine: &Engine, plan: &Plan) -> Check {
         let frame = patch.matrix3 * patch.matrix3.x_axis.length().recip();
         let ray = |s: &mut dyn Sampler| {
             let (on, dir) = (2.0 * s.next_2d() - 1.0, frame * cosine_hemisphere(s.next_2d()));
-            leave(patch.transform_point3(on.extend(0.0)), frame.z_axis, dir.normalize())
+            let dir = dir.normalize();
+            Ray::new(offset_origin(patch.transform_point3(on.extend(0.0)), frame.z_axis, dir), dir)
         };
         plan.estimate(number, tracer, &rooms[lit], &ray)[0]
     };
