@@ -13,6 +13,8 @@ use crate::scene::light::Light;
 use crate::scene::material::Material;
 use crate::scene::shape::{Geometry, Shape};
 
+/// The triangles of a scene, copies included: some ten gigabytes.
+pub(super) const MOST_TRIANGLES: usize = 1 << 27;
 /// The full angle of the default view, along the shorter side of the image.
 const FOV_DEG: f64 = 40.0;
 /// How much wider than the scene the view is.

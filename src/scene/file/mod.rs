@@ -6,6 +6,7 @@
 
 mod assembly;
 mod error;
+mod gltf;
 mod mitsuba;
 mod obj;
 mod ply;
@@ -46,6 +47,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, SceneError> {
         Format::Mitsuba => mitsuba::load(path, options, &notes)?,
         Format::Obj => obj::load(path, &notes)?,
         Format::Ply => ply::load_scene(path, &notes)?,
+        Format::Gltf => gltf::load(path, &notes)?,
     };
     Ok(Loaded { scene, warnings: notes.into_warnings() })
 }
@@ -56,6 +58,7 @@ enum Format {
     Mitsuba,
     Obj,
     Ply,
+    Gltf,
 }
 
 /// The format of `path`: by its first bytes where they tell, else by its extension.
@@ -65,10 +68,12 @@ fn format_of(path: &Path) -> Result<Format, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     match extension.as_str() {
         _ if text.starts_with(b"ply") && text.get(3).is_some_and(u8::is_ascii_whitespace) => Ok(Format::Ply),
+        _ if start.starts_with(b"glTF") || text.starts_with(b"{") => Ok(Format::Gltf),
         _ if text.starts_with(b"<") => Ok(Format::Mitsuba),
         "xml" => Ok(Format::Mitsuba),
         "obj" => Ok(Format::Obj),
         "ply" => Ok(Format::Ply),
+        "gltf" | "glb" => Ok(Format::Gltf),
         _ => Err(SceneError::Unsupported {
             place: Place::whole(path),
             what: format!("a file of type {}", error::quoted(&extension)),

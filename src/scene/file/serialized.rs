@@ -241,14 +241,11 @@ mod tests {
 
     fn file(version: u16, streams: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let mut list = Vec::new();
+        let mut list: Vec<u8> = Vec::new();
         for stream in streams {
             let at = bytes.len();
-            if version == 4 {
-                list.extend((at as u64).to_le_bytes())
-            } else {
-                list.extend((at as u32).to_le_bytes())
-            }
+            let place = (at as u64).to_le_bytes();
+            list.extend(&place[..if version == 4 { 8 } else { 4 }]);
             bytes.extend(stream);
         }
         bytes.extend(list);

@@ -51,8 +51,12 @@ pub(super) fn read_start(path: &Path) -> Result<Vec<u8>, SceneError> {
 
 /// The image `path`, which is named at `asked`. Its colours are finite and ≥ 0.
 pub(super) fn read_image(path: &Path, asked: &Place) -> Result<Image, SceneError> {
-    let bytes = read(path, MAX_FILE_BYTES, Some(asked))?;
-    let image = Image::decode(&bytes, path)
+    decode_image(&read(path, MAX_FILE_BYTES, Some(asked))?, path, asked)
+}
+
+/// The same, of bytes that `path` names.
+pub(super) fn decode_image(bytes: &[u8], path: &Path, asked: &Place) -> Result<Image, SceneError> {
+    let image = Image::decode(bytes, path)
         .map_err(|source| SceneError::Image { place: asked.clone(), source: Box::new(source) })?;
     let bad = |problem: String, allowed: &str| SceneError::Malformed {
         place: asked.clone(),

@@ -11,15 +11,13 @@ use super::document::NodeId;
 use super::props::Props;
 use super::{Context, primitive};
 use crate::math::color::Rgb;
+use crate::scene::file::assembly::MOST_TRIANGLES;
 use crate::scene::file::error::{SceneError, quoted};
 use crate::scene::file::{obj, ply, serialized};
 use crate::scene::mesh::Mesh;
 use crate::scene::shape::{Geometry, Shape};
 
 const KNOWN: [&str; 9] = ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "instance"];
-/// The triangles of a scene: some ten gigabytes.
-const MOST_TRIANGLES: usize = 1 << 27;
-
 /// A mesh as it is in its file, and whether it has normals of its own.
 pub(super) type Loaded = (Arc<Mesh>, bool);
 

@@ -1,5 +1,7 @@
 //! What Mitsuba files mean, and what is wrong with bad ones.
 
+use std::fmt::Write;
+
 use glam::{DAffine3, DVec2, DVec3};
 
 use crate::math::color::Rgb;
@@ -354,7 +356,7 @@ fn hostile_documents_are_refused_quickly() {
     let mut laughs = "<?xml version=\"1.0\"?>\n<!DOCTYPE scene [<!ENTITY a0 \"ha\">".to_string();
     for level in 1..20 {
         let before = format!("&a{};", level - 1).repeat(10);
-        laughs += &format!("<!ENTITY a{level} \"{before}\">");
+        write!(laughs, "<!ENTITY a{level} \"{before}\">").unwrap();
     }
     laughs += "]><scene version=\"3.0.0\">&a19;</scene>";
     let error = Files::new().with("s.xml", laughs).error("s.xml");
@@ -363,7 +365,7 @@ fn hostile_documents_are_refused_quickly() {
     let mut params = "<default name='p0' value='hahahahaha'/>".to_string();
     for level in 1..20 {
         let before = format!("$p{}", level - 1).repeat(10);
-        params += &format!("<default name='p{level}' value='{before}'/>");
+        write!(params, "<default name='p{level}' value='{before}'/>").unwrap();
     }
     let error = Files::new().with("s.xml", scene(&params)).error("s.xml");
     assert!(error.contains("too many bytes in the values of parameters"), "{error}");
@@ -391,7 +393,8 @@ fn hostile_documents_are_refused_quickly() {
     let mut doubling = "<bsdf type='diffuse' id='b0'/>".to_string();
     for level in 1..60 {
         let before = level - 1;
-        doubling += &format!("<bsdf type='blendbsdf' id='b{level}'><ref id='b{before}'/><ref id='b{before}'/></bsdf>");
+        let parts = format!("<ref id='b{before}'/><ref id='b{before}'/>");
+        write!(doubling, "<bsdf type='blendbsdf' id='b{level}'>{parts}</bsdf>").unwrap();
     }
     doubling += "<shape type='cube'><ref id='b59'/></shape>";
     let error = Files::new().with("s.xml", scene(&doubling)).error("s.xml");
