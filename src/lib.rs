@@ -37,10 +37,13 @@
 
 pub mod bsdf;
 pub mod cli;
+pub mod image;
 pub mod integrate;
 pub mod math;
+pub mod render;
 pub mod report;
 pub mod sampling;
+pub mod scene;
 pub mod validate;
 
 pub use glam;
@@ -50,8 +53,10 @@ pub mod prelude {
     pub use crate::bsdf::measured::{Abc, Sgd, SgdParams};
     pub use crate::bsdf::{
         AshikhminShirley, Beckmann, Blinn, BlinnPhong, BlinnPhongNorm, Bsdf, BsdfSample, Burley, Compensation, Density,
-        Disney, DisneyParams, Eon, FnBsdf, Fon, Fresnel, Ggx, Lambert, Lobes, LommelSeeliger, Masking, Minnaert, Mix,
-        OrenNayar, ParamError, Phong, PhongNorm, Sampling, TwoSided, Uniforms, Ward, WardVariant,
+        Dielectric, Disney, DisneyParams, Eon, FnBsdf, Fon, Fresnel, Ggx, InternalReflectance, Lambert, Lobes,
+        LommelSeeliger, Masking, Minnaert, Mix, Null, OrenNayar, ParamError, Phong, PhongNorm, Plastic,
+        RoughDielectric, RoughPlastic, Sampling, SpecularReflector, ThinDielectric, TwoSided, Uniforms, Ward,
+        WardVariant,
     };
     pub use crate::integrate::{Estimate, Hemisphere, Integral, Side};
     pub use crate::math::color::Rgb;

@@ -3,8 +3,8 @@
 use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
 use super::{
-    Bsdf, ashikhmin_shirley, blinn_phong, burley, disney, eon, fon, lambert, lommel_seeliger, microfacet, minnaert,
-    mix, oren_nayar, phong, ward,
+    Bsdf, ashikhmin_shirley, blinn_phong, burley, dielectric, disney, eon, fon, lambert, lommel_seeliger, microfacet,
+    minnaert, mix, null, oren_nayar, phong, plastic, specular, thin_dielectric, ward,
 };
 
 /// One model of the catalog. Each model's file defines its own.
@@ -64,6 +64,14 @@ pub static MODELS: &[Entry] = &[
     lommel_seeliger::ENTRY,
     sgd::ENTRY,
     abc::ENTRY,
+    specular::MIRROR,
+    specular::CONDUCTOR,
+    dielectric::ENTRY,
+    thin_dielectric::ENTRY,
+    microfacet::ROUGH_DIELECTRIC,
+    plastic::ENTRY,
+    microfacet::ROUGH_PLASTIC,
+    null::ENTRY,
     mix::ENTRY,
 ];
 

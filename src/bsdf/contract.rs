@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bsdf, Density, Uniforms};
+use super::{Bsdf, Density, Lobes, Uniforms};
 use crate::integrate::{Hemisphere, Side};
 use crate::math::chart::Chart;
 use crate::math::cubature::Mesh;
@@ -20,19 +20,22 @@ fn edges() -> Vec<DVec3> {
     edges
 }
 
-/// eval, pdf and sample are finite, not negative, and one-sided at every edge.
+/// eval, pdf and sample are finite, not negative, and, unless the model transmits, one-sided at every edge.
 pub(super) fn assert_total(bsdf: &dyn Bsdf) {
+    let sees = |w: DVec3| w.z > 0.0 || bsdf.lobes().contains(Lobes::TRANSMIT);
     for wo in edges() {
         for wi in edges().into_iter().chain([wo, mirror(wo)]) {
             let (f, pdf) = (bsdf.eval(wo, wi), bsdf.pdf(wo, wi));
             assert!(f.is_finite() && f.min_channel() >= 0.0, "{bsdf:?}: f({wo}, {wi}) = {f}");
             assert!(pdf.is_finite() && pdf >= 0.0, "{bsdf:?}: pdf({wo}, {wi}) = {pdf}");
-            assert!(wo.z > 0.0 && wi.z > 0.0 || f.is_black() && pdf == 0.0, "{bsdf:?}: {wo} and {wi} see each other");
+            assert!(sees(wo) && sees(wi) || f.is_black() && pdf == 0.0, "{bsdf:?}: {wo} and {wi} see each other");
         }
         for lobe in [0.0, 0.3, LAST] {
             for (x, y) in [(0.0, 0.0), (LAST, 0.5), (0.5, LAST), (LAST, LAST), (1e-20, 0.2)] {
                 if let Some(s) = bsdf.sample(wo, Uniforms::new(lobe, x, y)) {
-                    assert!(wo.z > 0.0 && s.wi.z > 0.0 && s.weight.is_finite() && s.weight.min_channel() >= 0.0);
+                    assert!(sees(wo) && sees(s.wi) && s.weight.is_finite() && s.weight.min_channel() >= 0.0);
+                    let (Density::SolidAngle(p) | Density::Dirac(p)) = s.density;
+                    assert!(p > 0.0 && p.is_finite(), "{bsdf:?}: density {p} at {wo}");
                     assert!((s.wi.length() - 1.0).abs() <= 1e-15, "{bsdf:?}: length {}", s.wi.length());
                 }
             }

@@ -99,7 +99,9 @@ impl Fresnel {
     }
 }
 
-fn dielectric(eta: f64, c: f64) -> f64 {
+/// F of a dielectric of index `eta` (far side over near side) at the cosine `c` in [0, 1].
+#[inline]
+pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
     let excess = (eta - 1.0) * (eta + 1.0);
     let g2 = excess + c * c;
     if g2 <= 0.0 {

@@ -65,20 +65,18 @@ impl Bsdf for Mix {
         match draw.density {
             // The other parts have no share in a delta: t in f and t in the probability cancel.
             Density::Dirac(p) => Some(BsdfSample { density: Density::Dirac(t * p), ..draw }),
-            Density::SolidAngle(_) => {
-                let (wi, pdf) = (draw.wi, self.pdf(wo, draw.wi));
-                (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample {
-                    wi,
-                    weight: self.eval(wo, wi) * (wi.z.abs() / pdf),
-                    density: Density::SolidAngle(pdf),
-                })
-            }
+            Density::SolidAngle(_) => BsdfSample::new(draw.wi, self.eval(wo, draw.wi), self.pdf(wo, draw.wi)),
         }
     }
 
     fn lobes(&self) -> Lobes {
         let lobes = self.parts.iter().map(Bsdf::lobes);
         lobes.reduce(Lobes::union).unwrap_or(Lobes::REFLECT)
+    }
+
+    /// That of the first part whose sides differ. Where others differ otherwise, no index makes the mixture reciprocal.
+    fn eta(&self) -> f64 {
+        self.parts.iter().map(Bsdf::eta).find(|&eta| eta != 1.0).unwrap_or(1.0)
     }
 
     fn albedo(&self, wo: DVec3) -> Option<Rgb> {

@@ -4,6 +4,11 @@
 //! `wi` is sampled. [`Bsdf::eval`] is f [1/sr] **without** the cosine, [`Bsdf::pdf`] is a density per steradian, and
 //! [`BsdfSample::weight`] is f |cos| / density. Opaque models are one-sided: black, 0 or None unless `wo.z` > 0 and
 //! `wi.z` > 0. All three functions are total: no panic, no NaN, whatever the arguments.
+//!
+//! A model that transmits has an exterior, z > 0, and an interior, z < 0, whose index of refraction over that of the
+//! exterior is [`Bsdf::eta`]. Light is carried as *basic radiance* L / η², which refraction leaves unchanged: an
+//! interface that absorbs nothing has weights of mean 1 from either side, and one `eval` serves paths from the eye and
+//! from lights. With η_a the index of the side on which a lies, reciprocity is f(a, b) / η_b² = f(b, a) / η_a².
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,6 +19,7 @@ use crate::math::color::Rgb;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 pub mod catalog;
+pub mod ior;
 pub mod measured;
 pub mod microfacet;
 pub mod subject;
@@ -24,6 +30,7 @@ mod burley;
 #[cfg(test)]
 mod contract;
 mod custom;
+mod dielectric;
 mod disney;
 mod eon;
 mod fon;
@@ -33,9 +40,14 @@ mod lambert;
 mod lommel_seeliger;
 mod minnaert;
 mod mix;
+mod null;
 mod oren_nayar;
 mod param;
 mod phong;
+mod plastic;
+mod refraction;
+mod specular;
+mod thin_dielectric;
 mod two_sided;
 mod ward;
 
@@ -44,6 +56,7 @@ pub use ashikhmin_shirley::AshikhminShirley;
 pub use blinn_phong::{BlinnPhong, BlinnPhongNorm};
 pub use burley::Burley;
 pub use custom::FnBsdf;
+pub use dielectric::Dielectric;
 pub use disney::{Disney, DisneyParams};
 pub use eon::Eon;
 pub use fon::Fon;
@@ -51,13 +64,18 @@ pub use fresnel::Fresnel;
 pub use lambert::Lambert;
 pub use lommel_seeliger::LommelSeeliger;
 pub use microfacet::{
-    Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet, Sampling,
+    Beckmann, BeckmannNormals, Blinn, BlinnNormals, Compensation, Ggx, GgxNormals, Masking, Microfacet,
+    RoughDielectric, RoughPlastic, Sampling,
 };
 pub use minnaert::Minnaert;
 pub use mix::Mix;
+pub use null::Null;
 pub use oren_nayar::OrenNayar;
 pub use param::{Domain, ParamError};
 pub use phong::{Phong, PhongNorm, phong_a, phong_t};
+pub use plastic::{InternalReflectance, Plastic};
+pub use specular::SpecularReflector;
+pub use thin_dielectric::ThinDielectric;
 pub use two_sided::TwoSided;
 pub use ward::{Ward, WardVariant};
 
@@ -70,9 +88,15 @@ pub trait Bsdf: fmt::Debug + Send + Sync {
 
     /// Density [1/sr] with which [`sample`](Bsdf::sample) returns `wi`, given `wo`. Default: |cos| / π.
     ///
-    /// Its integral over the hemisphere is 1 less the probability of a lost draw.
+    /// Its integral is 1 less the probabilities of a lost draw and of Dirac lobes.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         if wo.z > 0.0 { cosine_hemisphere_pdf(wi) } else { 0.0 }
+    }
+
+    /// Both [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf), for models that share work between them.
+    #[inline]
+    fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        (self.eval(wo, wi), self.pdf(wo, wi))
     }
 
     /// Draws `wi` from uniforms: a pure function of `wo` and `u`. Default: cosine-weighted hemisphere.
@@ -89,6 +113,11 @@ pub trait Bsdf: fmt::Debug + Send + Sync {
     /// What kinds of lobes there are. Default: reflection without Dirac parts.
     fn lobes(&self) -> Lobes {
         Lobes::REFLECT
+    }
+
+    /// Index of refraction of the interior (z < 0) over that of the exterior. Default: 1, as on both sides of a sheet.
+    fn eta(&self) -> f64 {
+        1.0
     }
 
     /// The directional albedo ∫ f |cos| dwi in closed form, where one is known: an oracle for quadrature.
@@ -120,12 +149,12 @@ pub struct BsdfSample {
 }
 
 impl BsdfSample {
-    /// The draw `wi` from f(wo, wi) and the density [1/sr] at it. None below the horizon or where the density is not
+    /// The draw `wi` from f(wo, wi) and the density [1/sr] at it. None in the tangent plane or where the density is not
     /// positive and finite: a lost draw.
     pub fn new(wi: DVec3, f: Rgb, pdf: f64) -> Option<Self> {
-        (wi.z > 0.0 && pdf > 0.0 && pdf.is_finite()).then(|| Self {
+        (wi.z.abs() > 0.0 && pdf > 0.0 && pdf.is_finite()).then(|| Self {
             wi,
-            weight: f * (wi.z / pdf),
+            weight: f * (wi.z.abs() / pdf),
             density: Density::SolidAngle(pdf),
         })
     }
@@ -173,11 +202,17 @@ macro_rules! forward_to_pointee {
             fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
                 (**self).pdf(wo, wi)
             }
+            fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+                (**self).eval_pdf(wo, wi)
+            }
             fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
                 (**self).sample(wo, u)
             }
             fn lobes(&self) -> Lobes {
                 (**self).lobes()
+            }
+            fn eta(&self) -> f64 {
+                (**self).eta()
             }
             fn albedo(&self, wo: DVec3) -> Option<Rgb> {
                 (**self).albedo(wo)

@@ -68,20 +68,29 @@ fn reflectance(args: &Args) -> Result<Fresnel, SubjectError> {
     }
 }
 
-/// `model` with everything else that a subject may say.
-pub(super) fn build<N: Normals + 'static>(args: &Args, model: Microfacet<N>) -> Result<Box<dyn Bsdf>, SubjectError> {
-    let masking = if args.word("g")? == "separable" { Masking::Separable } else { Masking::Correlated };
-    let sampling = match args.word("sampling")? {
+/// The masking that `g` names.
+pub(super) fn masking(args: &Args) -> Result<Masking, SubjectError> {
+    Ok(if args.word("g")? == "separable" { Masking::Separable } else { Masking::Correlated })
+}
+
+/// The way of sampling that `sampling` names.
+pub(super) fn sampling_of(args: &Args) -> Result<Sampling, SubjectError> {
+    Ok(match args.word("sampling")? {
         "caps" => Sampling::Caps,
         "ndf" => Sampling::Ndf,
         _ => Sampling::Visible,
-    };
+    })
+}
+
+/// `model` with everything else that a subject may say.
+pub(super) fn build<N: Normals + 'static>(args: &Args, model: Microfacet<N>) -> Result<Box<dyn Bsdf>, SubjectError> {
     let compensation = match args.word("compensation")? {
         "kulla-conty" => Compensation::KullaConty,
         "turquin" => Compensation::Turquin,
         _ => Compensation::None,
     };
-    let model = model.with_masking(masking).with_sampling(sampling)?.with_fresnel(reflectance(args)?)?;
+    let model =
+        model.with_masking(masking(args)?).with_sampling(sampling_of(args)?)?.with_fresnel(reflectance(args)?)?;
     Ok(Box::new(model.with_compensation(compensation)?))
 }
 
