@@ -157,6 +157,10 @@ impl Lanes for Portable {
         ((x >= 0.0) & (y >= 0.0) & (z >= 0.0)) | ((x <= 0.0) & (y <= 0.0) & (z <= 0.0))
     }
     #[inline(always)]
+    fn half(self, [x, y, z]: [f32; 3]) -> [f32; 4] {
+        [x, y, z, 0.0]
+    }
+    #[inline(always)]
     fn narrow(self, a: [f64; 4]) -> [f32; 4] {
         [a[0] as f32, a[1] as f32, a[2] as f32, a[3] as f32]
     }
