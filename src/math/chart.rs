@@ -37,6 +37,8 @@ pub struct Chart {
     wo: DVec3,
     zoom: f64,
     sinh_zoom: f64,
+    /// Equal parts into which φ is cut at first.
+    sectors: u32,
 }
 
 /// A ray of constant φ in a chart.
@@ -66,7 +68,14 @@ impl Chart {
     /// Angles from the normal, evenly spaced; φ = 0 along the azimuth of `wo`. Fits diffuse reflection.
     pub fn upright(wo: DVec3) -> Self {
         let x = heading(wo);
-        Self { kind: Kind::Direction, axes: [x, DVec3::Z.cross(x), DVec3::Z], wo, zoom: 0.0, sinh_zoom: 0.0 }
+        Self {
+            kind: Kind::Direction,
+            axes: [x, DVec3::Z.cross(x), DVec3::Z],
+            wo,
+            zoom: 0.0,
+            sinh_zoom: 0.0,
+            sectors: 4,
+        }
     }
 
     /// Angles from `pole`, zoomed towards it; φ = 0 ascends. Fits lobes about a direction, such as Phong's.
@@ -76,6 +85,13 @@ impl Chart {
         }
         let (s, t) = basis(pole);
         Self { kind: Kind::Direction, axes: [t, s, pole], ..Self::upright(wo) }.zoomed()
+    }
+
+    /// The same chart with its nodes elsewhere: zoomed less, and cut into other sectors. What one of the two overlooks, the
+    /// other need not.
+    pub fn recut(self) -> Self {
+        let zoom = 0.8 * self.zoom;
+        Self { zoom, sinh_zoom: zoom.sinh(), sectors: self.sectors + 1, ..self }
     }
 
     /// Angles of the half vector from the normal, zoomed; φ = 0 leans towards `wo`. Fits microfacet models.
@@ -148,7 +164,7 @@ impl Chart {
     pub fn breaks(&self) -> (Vec<f64>, Vec<f64>) {
         let left = self.wo.z.atan2(self.wo.x.hypot(self.wo.y)) / FRAC_PI_2;
         let grazing = left < 0.06;
-        let mut azimuths: Vec<f64> = (0..=4).map(|quarter| 0.25 * TAU * f64::from(quarter)).collect();
+        let mut azimuths: Vec<f64> = (0..=self.sectors).map(|i| TAU * f64::from(i) / f64::from(self.sectors)).collect();
         let radial = if self.zoom > 0.0 {
             if grazing {
                 // The horizon turns where the ray runs along it; lobes about a direction lie in the plane of incidence.
@@ -210,8 +226,9 @@ mod tests {
     use proptest::prelude::*;
     use std::f64::consts::PI;
 
-    fn charts(wo: DVec3) -> [Chart; 4] {
-        [Chart::upright(wo), Chart::about(mirror(wo), wo), Chart::about(wo, wo), Chart::half(wo)]
+    fn charts(wo: DVec3) -> [Chart; 5] {
+        let about = Chart::about(mirror(wo), wo);
+        [Chart::upright(wo), about, about.recut(), Chart::about(wo, wo), Chart::half(wo)]
     }
 
     proptest! {

@@ -21,10 +21,11 @@ use glam::DVec3;
 use super::{BeckmannNormals, GgxNormals, Masking, Microfacet, Normals, Sampling, entry};
 use crate::bsdf::catalog::{Entry, Example};
 use crate::bsdf::dielectric::{REFLECT, TRANSMIT, Tints};
-use crate::bsdf::refraction::{ETA, flip, refract, relative};
+use crate::bsdf::refraction::{ETA, relative};
 use crate::bsdf::subject::{Args, ParamSpec, SubjectError};
 use crate::bsdf::{Bsdf, BsdfSample, Density, Domain, Lobes, ParamError, Uniforms, fresnel};
 use crate::math::color::Rgb;
+use crate::math::sphere::{flip, refract};
 
 const MODEL: &str = "rough-dielectric";
 /// How near to 1 the index may be: the half vector wo + η wi of a straight path keeps 13 digits.
@@ -87,11 +88,10 @@ impl<N: Normals> RoughDielectric<N> {
             return None;
         }
         let d = Some(self.normals.d(m)).filter(|&d| d > 0.0)?;
-        let f = fresnel::dielectric(eta, cos_o);
         let (share, tint, jacobian) = if reflects {
-            (f, self.tints.reflect, 0.25 / cos_o)
+            (fresnel::dielectric(eta, cos_o), self.tints.reflect, 0.25 / cos_o)
         } else {
-            (1.0 - f, self.tints.transmit, eta * eta * cos_i / length2)
+            (fresnel::transmitted(eta, cos_o, cos_i), self.tints.transmit, eta * eta * cos_i / length2)
         };
         Some(Facet { d, cos_m: unit.z, cos_o, share, tint, jacobian })
     }
