@@ -21,6 +21,8 @@ pub struct Half {
     centre: DVec3,
     fixed_below: bool,
     free_below: bool,
+    /// The index of the far side over the near one, where facets refract.
+    facets: Option<f64>,
 }
 
 impl Half {
@@ -28,7 +30,7 @@ impl Half {
     pub fn reflected(w: DVec3) -> Self {
         let below = w.z < 0.0;
         let fixed = upright(w, below);
-        Self { fixed, centre: mirror(fixed), fixed_below: below, free_below: below }
+        Self { fixed, centre: mirror(fixed), fixed_below: below, free_below: below, facets: None }
     }
 
     /// The free directions on the other side of an interface whose interior has the index `eta` over the exterior.
@@ -37,7 +39,7 @@ impl Half {
         let fixed = upright(w, below);
         let refracted = refract(fixed, DVec3::Z, relative(eta, w)).map(flip).filter(|v| v.z > 0.0);
         let grazing = direction_mu(GRAZING, (-w.y).atan2(-w.x));
-        Self { fixed, centre: refracted.unwrap_or(grazing), fixed_below: below, free_below: !below }
+        Self { fixed, centre: refracted.unwrap_or(grazing), fixed_below: below, free_below: !below, facets: None }
     }
 
     /// The hemispheres in which `bsdf` can be lit for the fixed direction `w`: none in the tangent plane.
@@ -46,7 +48,8 @@ impl Half {
             return Vec::new();
         }
         let transmits = bsdf.lobes().contains(Lobes::TRANSMIT);
-        let transmitted = transmits.then(|| Self::transmitted(w, bsdf.eta()));
+        let facets = bsdf.normals().map(|_| relative(bsdf.eta(), w)).filter(|&eta| eta != 1.0);
+        let transmitted = transmits.then(|| Self { facets, ..Self::transmitted(w, bsdf.eta()) });
         std::iter::once(Self::reflected(w)).chain(transmitted).collect()
     }
 
@@ -75,6 +78,8 @@ impl Half {
         let upright = Chart::upright(self.fixed);
         if self.free_below == self.fixed_below {
             [Chart::half(self.fixed), Chart::about(self.centre, self.fixed), upright]
+        } else if let Some(eta) = self.facets {
+            [Chart::refracted(self.fixed, eta), Chart::about(self.centre, self.fixed), upright]
         } else {
             // The second must not have its nodes where the first has.
             let about = Chart::about(self.centre, self.fixed);
