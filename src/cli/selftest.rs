@@ -48,7 +48,7 @@ impl Trial {
 pub(super) fn run(out: &mut dyn Write) -> anyhow::Result<Status> {
     // Each trial has its own seeds, and `collect` keeps the order: the table does not depend on the threads.
     let bar = progress_bar(twins().len(), "twins");
-    let trials: Vec<Trial> = twins().par_iter().map(Trial::of).inspect(|_| bar.inc(1)).collect();
+    let trials: Vec<Trial> = twins().into_par_iter().map(Trial::of).inspect(|_| bar.inc(1)).collect();
     bar.finish_and_clear();
     let mut table = Table::new(&["broken twin", "rejected by", "expected", "verdict"].map(|head| (head, Align::Left)));
     for trial in &trials {

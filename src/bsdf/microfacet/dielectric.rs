@@ -247,7 +247,7 @@ pub(in crate::bsdf) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::contract::assert_total;
+    use crate::bsdf::contract::{assert_sampled_exactly, assert_total};
     use crate::math::sphere::direction;
     use crate::sampling::stream::{stream, uniforms};
 
@@ -266,6 +266,12 @@ mod tests {
             assert_total(&ggx(1e-4, eta).with_masking(Masking::Separable));
             assert_total(&beckmann(0.1, eta).with_sampling(Sampling::Ndf).unwrap());
         }
+    }
+
+    #[test]
+    fn the_pdf_has_the_mass_that_is_not_lost() {
+        assert_sampled_exactly(&beckmann(0.3, 1.5), &[1.0, 0.4, -0.3, -0.9]);
+        assert_sampled_exactly(&ggx(0.01, 0.8), &[0.7, -0.2]);
     }
 
     #[test]
