@@ -185,7 +185,9 @@ fn level(text: &str) -> Result<f64, String> {
 }
 
 fn mu(text: &str) -> Result<f64, String> {
-    number(text, "a number in [-1, 1] that is not 0", |x| x.abs() > 0.0 && x.abs() <= 1.0)
+    number(text, "a number in (0, 1], or in [-1, 0) for a model that is lit from below", |x| {
+        x.abs() > 0.0 && x.abs() <= 1.0
+    })
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -3,6 +3,8 @@
 //! Reflection and transmission then are integrated alike, by charts of the hemisphere above; only where a lobe is looked
 //! for differs: about the mirror direction, or about the refracted one mirrored in the tangent plane.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 
 use crate::bsdf::{Bsdf, Lobes, relative};
@@ -73,19 +75,28 @@ impl Half {
         Some(upright(w, self.free_below)).filter(|v| v.z > 0.0)
     }
 
-    /// Three charts that between them resolve lobes of any width.
-    pub(crate) fn charts(&self) -> [Chart; 3] {
+    /// Three charts that between them resolve lobes of any width, the best first, of an integrand that is `lit` in the
+    /// directions, as they are seen, where this holds.
+    pub(crate) fn charts(&self, lit: impl Fn(DVec3) -> bool) -> [Chart; 3] {
         let upright = Chart::upright(self.fixed);
+        let about = Chart::about(self.centre, self.fixed);
         if self.free_below == self.fixed_below {
-            [Chart::half(self.fixed), Chart::about(self.centre, self.fixed), upright]
-        } else if let Some(eta) = self.facets {
-            [Chart::refracted(self.fixed, eta), Chart::about(self.centre, self.fixed), upright]
-        } else {
+            return [Chart::half(self.fixed), about, upright];
+        }
+        let refracted = self.facets.map(|eta| Chart::refracted(self.fixed, eta));
+        match refracted.filter(|chart| !grid(&upright).any(|v| lit(v) && chart.coordinates(v).x > 1.0)) {
+            Some(chart) => [chart, about, upright],
             // The second must not have its nodes where the first has.
-            let about = Chart::about(self.centre, self.fixed);
-            [about, about.recut(), upright]
+            None => [about, about.recut(), upright],
         }
     }
+}
+
+/// Directions all over the hemisphere of a chart.
+fn grid(chart: &Chart) -> impl Iterator<Item = DVec3> {
+    const SIDE: u32 = 24;
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+    (0..SIDE * SIDE).map(move |i| chart.row(TAU * at(i / SIDE)).at(at(i % SIDE)).0)
 }
 
 fn upright(w: DVec3, below: bool) -> DVec3 {

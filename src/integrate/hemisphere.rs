@@ -5,7 +5,8 @@
 //!
 //! The integrand may have its lobe anywhere and of any width. Three charts are tried: polar angles about the normal
 //! (diffuse reflection), about the mirror direction (Phong-like lobes) and of the half vector (microfacet lobes); for
-//! transmission, the last two are about the refracted direction, cut differently. Each
+//! transmission, two about the refracted direction, or, where all is refracted by facets, two of the refracting normal.
+//! Each
 //! is shown every peak that any of them, or the model's own sampler, has come across, and refines around it; the chart
 //! with the smallest error is then refined to the tolerance, and another one until its value agrees. The error stated is
 //! the cubature's own bound plus the difference of the two charts, times a factor of safety. Where no two of the three agree, the result is marked
@@ -208,7 +209,7 @@ impl Hemisphere {
         f: &'a dyn Fn(DVec3) -> [f64; N],
     ) -> (Mesh<'a, N>, Integral<[f64; N]>) {
         let hints: Vec<DVec3> = hints.iter().filter_map(|&hint| half.seen(hint)).collect();
-        let mut meshes = half.charts().map(|c| Mesh::new(c, f));
+        let mut meshes = half.charts(|v| largest(&f(v)) > 0.0).map(|c| Mesh::new(c, f));
         self.show_peaks(&mut meshes, &hints, half, f);
         let mut agreement = f64::INFINITY;
         for _ in 0..ROUNDS {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::bsdf::{Bsdf, Density};
+use crate::bsdf::{Bsdf, Density, Lobes};
 use crate::integrate::{DiracLobe, Half, Hemisphere, Integral, dirac_lobes, hints};
 use crate::math::cubature::{Leaf, Partition};
 use crate::math::quadrature::{NODES, PAIR};
@@ -67,7 +67,9 @@ pub(crate) enum Place {
 impl Claim {
     /// Integrates `bsdf.pdf(wo, ·)` and looks for Dirac lobes.
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3) -> Self {
-        let quadrature = Hemisphere { tol: 8e-5, max_evals: MAX_EVALS };
+        // The edge of total internal reflection is a crease that no chart follows.
+        let creased = bsdf.lobes().contains(Lobes::TRANSMIT);
+        let quadrature = Hemisphere { tol: 8e-5, max_evals: if creased { 6 * MAX_EVALS } else { MAX_EVALS } };
         let hints = hints(bsdf, wo);
         let dirac = dirac_lobes(bsdf, wo);
         let mut mass = Integral { value: 0.0, error: 0.0, resolved: true, evals: 0 };

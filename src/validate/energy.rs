@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::check::{Check, Outcome};
 use super::laws::{above, polar_angles};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Lobes};
 use crate::integrate::{Hemisphere, Integral, Side, is_isotropic, is_two_faced};
 use crate::math::color::Rgb;
 use crate::math::sphere::flip;
@@ -20,6 +20,8 @@ const ROUNDING: f64 = 1e-5;
 const TOL: f64 = 3.2e-5;
 /// Error up to which an albedo that is only reported, or compared loosely, counts as known.
 const COARSE: f64 = 1e-3;
+/// An albedo that is known to lie below this is not near a gain.
+const FAR: f64 = 0.97;
 /// Steps of the golden-section search from each of the highest directions.
 const REFINEMENTS: usize = 14;
 
@@ -79,6 +81,19 @@ impl Found {
         Self { place, albedo: quadrature.albedo(bsdf, side, place.direction()) }
     }
 
+    /// The same, but for a model that transmits only as well as it takes to see that it is far from a gain: total internal
+    /// reflection leaves a crease that no chart follows.
+    fn survey(bsdf: &dyn Bsdf, side: Side, place: Place) -> Self {
+        if bsdf.lobes().contains(Lobes::TRANSMIT) {
+            let quadrature = Hemisphere { tol: COARSE, max_evals: 100_000 };
+            let albedo = quadrature.albedo(bsdf, side, place.direction());
+            if albedo.resolved && albedo.value.max_channel() + albedo.error < FAR {
+                return Self { place, albedo };
+            }
+        }
+        Self::at(bsdf, side, place)
+    }
+
     fn certain(&self) -> f64 {
         let certain = self.albedo.value.max_channel() - self.albedo.error;
         if certain.is_nan() { f64::NEG_INFINITY } else { certain }
@@ -116,7 +131,7 @@ pub(crate) fn energy(bsdf: &dyn Bsdf, side: Side, seed: u64, grid: Grid) -> Chec
         .flat_map(|theta| (0..azimuths).map(move |i| (theta, i)))
         .map(|(theta, i)| (theta, TAU * (i as f64 + uniform(&mut rng)) / azimuths as f64));
     let places = places(bsdf, angles);
-    let mut found: Vec<Found> = places.par_iter().map(|&place| Found::at(bsdf, side, place)).collect();
+    let mut found: Vec<Found> = places.par_iter().map(|&place| Found::survey(bsdf, side, place)).collect();
     let undecided = found.iter().find(|f| f.could_gain()).copied();
     if undecided.is_none() && found.iter().all(|f| f.albedo.value.is_black()) {
         return check.inconclusive_here("the model is black: it reflects nothing from any direction tried");
@@ -194,7 +209,9 @@ pub(crate) fn white_furnace(bsdf: &dyn Bsdf, seed: u64, grid: Grid) -> Check {
     let phi = TAU * uniform(&mut stream(seed, 15, 0));
     let angles = polar_angles(grid.even.div_ceil(4), grid.grazing.div_ceil(4), seed).into_iter();
     let places = places(bsdf, angles.map(|theta| (theta, phi)));
-    let found: Vec<Found> = places.par_iter().map(|&place| Found::at(bsdf, Side::Eye, place)).collect();
+    let compares = bsdf.claims_lossless() || bsdf.albedo(DVec3::Z).is_some();
+    let look = if compares { Found::at } else { Found::survey };
+    let found: Vec<Found> = places.par_iter().map(|&place| look(bsdf, Side::Eye, place)).collect();
     let expected = |f: &Found| if bsdf.claims_lossless() { Some(Rgb::WHITE) } else { bsdf.albedo(f.direction()) };
     let matters = |f: &&Found| f.is_unknown() && (f.albedo.error.is_nan() || expected(f).is_some());
     if let Some(bad) = found.iter().find(matters) {

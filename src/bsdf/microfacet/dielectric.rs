@@ -232,7 +232,6 @@ pub(in crate::bsdf) const ENTRY: Entry = Entry {
         Example::lawful("rough-dielectric:alpha=0.1,eta=0.6667,g=separable"),
         Example::lawful("rough-dielectric:alpha=0.3,eta=1.33,distribution=beckmann,g=separable"),
         Example::lawful("rough-dielectric:alpha_x=0.1,alpha_y=0.4,transmit=0.9/0.6/0.3"),
-        Example::lawful("rough-dielectric:alpha=0.3,sampling=ndf"),
         Example::lawful("rough-dielectric:alpha=0.001"),
     ],
     build: |args| {
