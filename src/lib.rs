@@ -37,10 +37,13 @@
 
 pub mod bsdf;
 pub mod cli;
+pub mod image;
 pub mod integrate;
 pub mod math;
+pub mod render;
 pub mod report;
 pub mod sampling;
+pub mod scene;
 pub mod validate;
 
 pub use glam;

@@ -68,6 +68,21 @@ fn list_names_every_model_and_every_check() {
 }
 
 #[test]
+fn scenes_names_every_built_in_scene() {
+    let list = json_of(&["scenes", "--json"], 0);
+    assert_eq!(list["schema"], 1);
+    let shown = stdout(&["scenes"], 0);
+    let scenes = list["scenes"].as_array().unwrap();
+    for scene in scenes {
+        assert_eq!(keys(scene), ["closed_form", "name", "params", "summary"]);
+        assert!(shown.contains(scene["name"].as_str().unwrap()));
+    }
+    for name in ["cornell-original", "cornell-mitsuba", "cornell-bitterli", "veach-mis", "integrating-sphere"] {
+        assert!(scenes.iter().any(|scene| scene["name"] == name), "{name}");
+    }
+}
+
+#[test]
 fn exit_status_follows_the_verdict() {
     let passing = stdout(&["validate", "lambert:rho=0.5", "--check", "energy_eye", "reciprocity"], 0);
     assert!(passing.contains("PASS  lambert:rho=0.5 (2 checks"), "{passing}");
@@ -351,10 +366,25 @@ fn a_reader_that_goes_away_is_no_error() {
 }
 
 #[test]
+fn furnace_judges_the_path_tracer_and_spheres_of_models() {
+    let report = json_of(&["furnace", "--samples", "2000", "--level", "0.001", "--json", "-"], 0);
+    assert_eq!((&report["schema"], &report["seed"]), (&json!(1), &json!(1)));
+    let checks = report["subjects"][0]["checks"].as_array().unwrap();
+    assert!(checks.len() == 8 && checks.iter().all(|check| check["verdict"] == "pass"));
+    // A sphere of a model that is not reciprocal is still as bright as its albedo.
+    let shown = stdout(&["furnace", SECOND_PHONG, "lambert:rho=1", "--samples", "2000", "--level", "0.001"], 0);
+    assert!(shown.contains("albedo_mis") && shown.contains("PASS  lambert:rho=1"), "{shown}");
+    // Black shows nothing.
+    stdout(&["furnace", "lambert:rho=0", "--samples", "1000"], 3);
+    refused(&["furnace", "lambrt"], "no such model");
+    refused(&["furnace", "--samples", "0"], "allowed is a whole number");
+}
+
+#[test]
 fn help_and_version_are_no_errors() {
     assert!(stdout(&["--version"], 0).starts_with("whitefurnace "));
     assert!(stdout(&["--help"], 0).contains("Exit status"));
-    for command in ["list", "validate", "albedo", "eval", "sample", "selftest"] {
+    for command in ["list", "validate", "albedo", "eval", "sample", "furnace", "scenes", "selftest"] {
         let help = stdout(&[command, "--help"], 0);
         assert!(help.contains("Examples:") && help.contains(&format!("whitefurnace {command}")), "{help}");
     }

@@ -19,8 +19,8 @@ use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 const RHO: Domain = Domain::Colour(0.0, 1.0);
 
-/// The Lambertian reflector, f = ρ / π.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The Lambertian reflector, f = ρ / π. The default is black.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lambert {
     rho: Rgb,
 }

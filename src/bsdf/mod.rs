@@ -95,6 +95,12 @@ pub trait Bsdf: fmt::Debug + Send + Sync {
         if wo.z > 0.0 { cosine_hemisphere_pdf(wi) } else { 0.0 }
     }
 
+    /// Both [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf), for models that share work between them.
+    #[inline]
+    fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        (self.eval(wo, wi), self.pdf(wo, wi))
+    }
+
     /// Draws `wi` from uniforms: a pure function of `wo` and `u`. Default: cosine-weighted hemisphere.
     ///
     /// None is a lost draw: it counts as 0, and every estimator divides by the number of draws, lost ones included.
@@ -197,6 +203,9 @@ macro_rules! forward_to_pointee {
             }
             fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
                 (**self).pdf(wo, wi)
+            }
+            fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+                (**self).eval_pdf(wo, wi)
             }
             fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
                 (**self).sample(wo, u)

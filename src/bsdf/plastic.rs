@@ -111,6 +111,12 @@ impl Plastic {
         Ok(Self { reflect: RHO.check_colour("plastic", "reflect", reflect.into())?, ..self })
     }
 
+    /// The same on another base, of reflectance `rho` in [0, 1] per channel.
+    pub fn with_rho(self, rho: impl Into<Rgb>) -> Result<Self, ParamError> {
+        let rho = RHO.check_colour("plastic", "rho", rho.into())?;
+        Ok(Self { base: Base { rho, ..self.base }, ..self })
+    }
+
     /// The same where each internal return is coloured anew by the base.
     pub fn with_nonlinear(self, nonlinear: bool) -> Self {
         Self { base: Base { nonlinear, ..self.base }, ..self }

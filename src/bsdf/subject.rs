@@ -147,6 +147,31 @@ impl Args {
         Ok(Self { model, specs, given, depth })
     }
 
+    /// The arguments `pairs` of something else than a model that declares its parameters likewise, such as a scene.
+    pub fn from_pairs<'a>(
+        owner: &'static str,
+        specs: &'static [ParamSpec],
+        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, SubjectError> {
+        let mut args = Self { model: owner, specs, given: Vec::new(), depth: 0 };
+        for (key, value) in pairs {
+            let spec = specs.iter().find(|s| s.name == key).ok_or_else(|| {
+                let name = key.chars().take(80).collect();
+                let known = if specs.is_empty() {
+                    "there are none".into()
+                } else {
+                    nearest_name(key, specs.iter().map(|s| s.name))
+                };
+                SubjectError::UnknownParam { model: owner, name, hint: known }
+            })?;
+            if args.is_given(spec.name) {
+                return Err(ParamError::new(owner, spec.name, value, "one value; it is given twice").into());
+            }
+            args.given.push((spec.name, value.into()));
+        }
+        Ok(args)
+    }
+
     /// The name of the model that the arguments are for.
     pub fn model(&self) -> &'static str {
         self.model

@@ -4,6 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use super::compare::{self, CompareArgs};
+use super::furnace::FurnaceArgs;
+use super::merge::{self, MergeArgs};
+use super::render::{self, RenderArgs};
+use super::scenes::ScenesArgs;
 use crate::validate::Suite;
 
 const SUBJECTS: &str = "\
@@ -56,6 +61,24 @@ pub(super) enum Command {
         depend on N.\n\nExamples:\n  whitefurnace sample ggx:alpha=0.3 --wo 60,0 -n 1000 --format csv > draws.csv\n  \
         whitefurnace sample burley:rho=0.8,roughness=1 --wo 80,0 -n 5 --seed 7"))]
     Sample(SampleArgs),
+    /// Puts the path tracer through scenes whose answer is known, or a sphere of each SUBJECT into constant light
+    #[command(after_help = format!("{SUBJECTS}\n\nExit status: 0 all pass, 1 some check fails, \
+        3 none fails but some are inconclusive, 2 bad usage or input\n\nExamples:\n  \
+        whitefurnace furnace\n  whitefurnace furnace ggx:alpha=0.3 burley:rho=0.8,roughness=0.5 --samples 100000\n  \
+        whitefurnace furnace --json -"))]
+    Furnace(FurnaceArgs),
+    /// Lists every built-in scene with its parameters, and what is known about it in closed form
+    #[command(after_help = "Examples:\n  whitefurnace scenes\n  whitefurnace scenes --json | jq -r '.scenes[].name'")]
+    Scenes(ScenesArgs),
+    /// Renders a scene by path tracing
+    #[command(after_help = render::HELP)]
+    Render(RenderArgs),
+    /// Compares two pictures: error metrics, and whether noise explains the difference
+    #[command(after_help = compare::HELP)]
+    Compare(CompareArgs),
+    /// Merges renderings of one scene: mean, variance and count of all samples together
+    #[command(after_help = merge::HELP)]
+    Merge(MergeArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -180,7 +203,7 @@ fn number(text: &str, allowed: &str, good: impl Fn(f64) -> bool) -> Result<f64, 
     value.ok_or_else(|| format!("allowed is {allowed}"))
 }
 
-fn level(text: &str) -> Result<f64, String> {
+pub(super) fn level(text: &str) -> Result<f64, String> {
     number(text, "a number in (0, 1)", |x| x > 0.0 && x < 1.0)
 }
 
@@ -190,19 +213,24 @@ fn mu(text: &str) -> Result<f64, String> {
     })
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, "a number > 0", |x| x > 0.0)
+}
+
+/// Brightness in stops: factors of 2.
+pub(super) fn stops(text: &str) -> Result<f64, String> {
+    number(text, "a number of stops from -100 to 100", |x| x.abs() <= 100.0)
 }
 
 fn finite(text: &str) -> Result<f64, String> {
     number(text, "a finite number of degrees", |_| true)
 }
 
-fn seed(text: &str) -> Result<u64, String> {
+pub(super) fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("allowed is a whole number from 0 to {}", u64::MAX))
 }
 
-fn draws(text: &str) -> Result<u64, String> {
+pub(super) fn draws(text: &str) -> Result<u64, String> {
     let n = text.parse().ok().filter(|n| (1..=1_000_000_000).contains(n));
     n.ok_or_else(|| "allowed is a whole number from 1 to 1000000000".into())
 }

@@ -62,16 +62,17 @@ pub(super) fn validate(args: ValidateArgs) -> anyhow::Result<Validate> {
     if args.json.is_some() && args.json == args.html {
         bail!("--json and --html name the same file");
     }
-    let json = match args.json {
-        Some(path) if path.as_os_str() == "-" => Some(Sink::Stdout),
-        Some(path) => Some(Sink::File(target("--json", path)?)),
-        None => None,
-    };
+    let json = args.json.map(|path| sink("--json", path)).transpose()?;
     let html = args.html.map(|path| target("--html", path)).transpose()?;
     Ok(Validate { subjects: loaded, suite, json, html })
 }
 
-fn target(option: &str, path: PathBuf) -> anyhow::Result<Target> {
+/// Where the report asked for by `option` goes: `-` is standard output.
+pub(super) fn sink(option: &str, path: PathBuf) -> anyhow::Result<Sink> {
+    Ok(if path.as_os_str() == "-" { Sink::Stdout } else { Sink::File(target(option, path)?) })
+}
+
+pub(super) fn target(option: &str, path: PathBuf) -> anyhow::Result<Target> {
     let shown = path.display().to_string();
     // Found now, not after the minutes that the sheets may take.
     Target::new(path).map_err(|error| anyhow!("{option} {shown}: cannot be written: {error}"))

@@ -6,10 +6,16 @@
 
 mod albedo;
 mod args;
+mod compare;
 mod eval;
+mod furnace;
 mod job;
 mod list;
+mod merge;
+mod render;
 mod sample;
+mod scene_source;
+mod scenes;
 mod selftest;
 mod subjects;
 mod validate;
@@ -65,6 +71,11 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Albedo(args) => albedo::run(&job::albedo(args)?, &mut out),
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
+        Command::Furnace(args) => furnace::run(args, &mut out, terminal),
+        Command::Scenes(args) => scenes::run(&args, &mut out),
+        Command::Render(args) => render::run(&args, &mut out),
+        Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
+        Command::Merge(args) => merge::run(merge::job(args)?, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.

@@ -94,13 +94,13 @@ fn status(judged: &[Judged]) -> Status {
 }
 
 /// A reader who goes away changes neither the verdict nor the files: `validate … | head` still judges.
-fn print(out: &mut dyn Write, text: &str) -> anyhow::Result<()> {
+pub(super) fn print(out: &mut dyn Write, text: &str) -> anyhow::Result<()> {
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     Ok(ignore_closed_pipe(written)?)
 }
 
 /// See no-color.org: any value but the empty one turns colour off.
-fn colour_is_welcome() -> bool {
+pub(super) fn colour_is_welcome() -> bool {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != "dumb")
 }

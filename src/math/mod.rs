@@ -3,7 +3,9 @@
 pub mod chart;
 pub mod color;
 pub mod cubature;
+pub mod frame;
 pub mod quadrature;
 pub mod special;
+pub mod spectrum;
 pub mod sphere;
 pub mod sum;

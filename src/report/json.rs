@@ -1,4 +1,4 @@
-//! The JSON of `validate`, schema 1.
+//! The JSON of `validate` and of `furnace`, schema 1.
 //!
 //! ```text
 //! {"schema": 1, "version", "seed", "level",
@@ -16,7 +16,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::Judged;
-use crate::validate::{Check, Outcome};
+use crate::validate::{Check, Outcome, Sheet};
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -54,10 +54,15 @@ struct Pair {
 
 /// All sheets of one run as JSON text, with a final line break.
 pub fn sheets(judged: &[Judged], seed: u64, level: f64) -> String {
-    let subjects = judged.iter().map(|j| Entry {
-        subject: &j.name,
-        verdict: word(j.sheet.outcome()),
-        checks: j.sheet.checks.iter().map(line).collect(),
+    named_sheets(judged.iter().map(|j| (j.name.as_str(), &j.sheet)), seed, level)
+}
+
+/// The same of sheets that need not be of models.
+pub fn named_sheets<'a>(all: impl Iterator<Item = (&'a str, &'a Sheet)>, seed: u64, level: f64) -> String {
+    let subjects = all.map(|(subject, sheet)| Entry {
+        subject,
+        verdict: word(sheet.outcome()),
+        checks: sheet.checks.iter().map(line).collect(),
     });
     let report = Report { schema: 1, version: env!("CARGO_PKG_VERSION"), seed, level, subjects: subjects.collect() };
     // Plain data without maps of odd keys: serialising it has no way to fail.
@@ -89,7 +94,6 @@ fn line(check: &Check) -> Line<'_> {
 mod tests {
     use super::*;
     use crate::bsdf::Lambert;
-    use crate::validate::Sheet;
 
     #[test]
     fn numbers_that_json_lacks_become_null() {

@@ -1,5 +1,7 @@
-//! Reports: tables, JSON, plots and the HTML page. Nothing here decides anything; it shows what was decided.
+//! Reports: tables, JSON, plots and the HTML page. Nothing here but `compare` decides anything; it shows what was
+//! decided.
 
+pub mod compare;
 pub mod html;
 pub mod json;
 pub mod plot;

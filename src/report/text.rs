@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Judged;
 use super::table::{Align, Table, short};
 use crate::math::sphere::angles;
-use crate::validate::{Check, Outcome};
+use crate::validate::{Check, Outcome, Sheet};
 
 /// Where sentences are wrapped, in columns.
 const WIDTH: usize = 100;
@@ -33,7 +33,7 @@ impl Style {
         self.paint("2", text)
     }
 
-    fn outcome(self, outcome: Outcome, text: &str) -> String {
+    pub(super) fn outcome(self, outcome: Outcome, text: &str) -> String {
         let code = match outcome {
             Outcome::Pass => "32",
             Outcome::Fail => "1;31",
@@ -45,12 +45,17 @@ impl Style {
 
 /// The whole sheet: each check with its numbers, its sentence and its power.
 pub fn sheet(judged: &Judged, style: Style) -> String {
-    let mut text = format!("{}\n\n", style.paint("1", &judged.name));
-    text.push_str(&checks(judged.sheet.checks.iter(), style, true));
-    let outcome = judged.sheet.outcome();
+    named_sheet(&judged.name, &judged.sheet, style)
+}
+
+/// The same of a sheet that is of no model.
+pub fn named_sheet(name: &str, sheet: &Sheet, style: Style) -> String {
+    let mut text = format!("{}\n\n", style.paint("1", name));
+    text.push_str(&checks(sheet.checks.iter(), style, true));
+    let outcome = sheet.outcome();
     let verdict = style.outcome(outcome, &outcome.to_string().to_uppercase());
-    let (n, seed, level) = (judged.sheet.checks.len(), judged.sheet.seed, judged.sheet.level);
-    let _ = writeln!(text, "\n{verdict}  {} ({n} checks, seed {seed}, level {level})", judged.name);
+    let (n, seed, level) = (sheet.checks.len(), sheet.seed, sheet.level);
+    let _ = writeln!(text, "\n{verdict}  {name} ({n} checks, seed {seed}, level {level})");
     text
 }
 
@@ -155,7 +160,6 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::bsdf::Lambert;
-    use crate::validate::Sheet;
 
     fn judged(outcome: Outcome) -> Judged {
         let check = Check {

@@ -118,7 +118,8 @@ fn rate(tally: &Tally, exact: f64, slack: f64) -> Option<RateFit> {
     fit_rate(&points)
 }
 
-fn is_heavy(weights: &Moments, kurtoses: &[f64]) -> bool {
+/// Whether these weights, with the excess kurtoses of their blocks, have so heavy a tail that their mean is no good.
+pub(crate) fn is_heavy(weights: &Moments, kurtoses: &[f64]) -> bool {
     let sum = weights.mean() * weights.count() as f64;
     let mut sorted = kurtoses.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -7,15 +7,16 @@ mod check;
 mod chi2;
 mod claim;
 mod consistency;
-mod convergence;
+pub(crate) mod convergence;
 mod draws;
 mod energy;
 mod furnace;
 mod laws;
 mod mass;
-mod power;
+pub(crate) mod power;
 mod suite;
 mod uniformity;
 
 pub use check::{Check, Outcome, Sheet};
+pub(crate) use suite::judge;
 pub use suite::{CHECKS, Effort, Suite, suite};

@@ -152,7 +152,7 @@ impl Suite {
             });
             progress(name);
         }
-        judge(&mut checks, self.level);
+        judge(checks.iter_mut(), self.level);
         let mut subject = format!("{bsdf:?}");
         if let Some((end, _)) = subject.char_indices().nth(200) {
             subject.truncate(end);
@@ -185,14 +185,15 @@ impl Suite {
     }
 }
 
-/// Turns the p-values of a sheet into verdicts at one family-wise level (Holm).
-fn judge(checks: &mut [Check], level: f64) {
-    let family: Vec<usize> = (0..checks.len()).filter(|&i| checks[i].p_value.is_some()).collect();
-    let p_values: Vec<f64> = family.iter().filter_map(|&i| checks[i].p_value).collect();
-    for (&i, (rejected, bound)) in family.iter().zip(holm(&p_values, level)) {
-        checks[i].bound = bound;
+/// Turns the p-values of a family of checks into verdicts at one family-wise level (Holm).
+pub(crate) fn judge<'a>(checks: impl Iterator<Item = &'a mut Check>, level: f64) {
+    let mut family: Vec<(&mut Check, f64)> =
+        checks.filter_map(|check| check.p_value.map(|p_value| (check, p_value))).collect();
+    let p_values: Vec<f64> = family.iter().map(|(_, p_value)| *p_value).collect();
+    for ((check, _), (rejected, bound)) in family.iter_mut().zip(holm(&p_values, level)) {
+        check.bound = bound;
         if rejected {
-            checks[i].outcome = Outcome::Fail;
+            check.outcome = Outcome::Fail;
         }
     }
 }

@@ -166,6 +166,8 @@ pub struct Microfacet<N> {
     /// None stands for F = 1, which then costs nothing.
     fresnel: Option<Fresnel>,
     compensator: Option<Compensator>,
+    /// Multiplies f.
+    tint: Rgb,
 }
 
 /// What compensation adds to a model.
@@ -183,7 +185,7 @@ impl<N: Normals> Microfacet<N> {
     /// The model with these normals, F = 1, correlated masking, the best sampling and no compensation.
     pub fn from_normals(normals: N) -> Self {
         let sampling = normals.samplings().first().copied().unwrap_or(Sampling::Ndf);
-        Self { normals, masking: Masking::Correlated, sampling, fresnel: None, compensator: None }
+        Self { normals, masking: Masking::Correlated, sampling, fresnel: None, compensator: None, tint: Rgb::WHITE }
     }
 
     /// The same with this reflectance of the facets.
@@ -191,6 +193,12 @@ impl<N: Normals> Microfacet<N> {
         let fresnel = fresnel.validated(self.normals.model())?;
         self.fresnel = (!fresnel.is_mirror()).then_some(fresnel);
         self.compensator = self.compensator.take().map(|c| Compensator::new(c.kind, c.losses, fresnel));
+        Ok(self)
+    }
+
+    /// The same with f multiplied by `tint` in [0, 1] per channel.
+    pub fn with_tint(mut self, tint: impl Into<Rgb>) -> Result<Self, ParamError> {
+        self.tint = Domain::Colour(0.0, 1.0).check_colour(self.normals.model(), "tint", tint.into())?;
         Ok(self)
     }
 
@@ -362,8 +370,8 @@ impl<N: Normals> Bsdf for Microfacet<N> {
         let terms = self.terms(wo, wi);
         let f = self.reflectance(terms.h) * terms.single();
         match &self.compensator {
-            None => f,
-            Some(compensator) => compensator.f(wo.z, wi.z, f),
+            None => f * self.tint,
+            Some(compensator) => compensator.f(wo.z, wi.z, f) * self.tint,
         }
     }
 
@@ -382,6 +390,15 @@ impl<N: Normals> Bsdf for Microfacet<N> {
     }
 
     #[inline]
+    fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        if self.compensator.is_some() || !above(wo, wi) {
+            return (self.eval(wo, wi), self.pdf(wo, wi));
+        }
+        let terms = self.terms(wo, wi);
+        (self.tint * self.reflectance(terms.h) * terms.single(), terms.pdf())
+    }
+
+    #[inline]
     fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
         if !above(wo, wo) {
             return None;
@@ -396,13 +413,13 @@ impl<N: Normals> Bsdf for Microfacet<N> {
         let terms = self.terms(wo, wi);
         let pdf = terms.pdf();
         // f cosθ / density, without D: it cancels.
-        let weight = self.reflectance(terms.h) * (terms.visibility * terms.d_per_pdf * wi.z);
+        let weight = self.tint * self.reflectance(terms.h) * (terms.visibility * terms.d_per_pdf * wi.z);
         (pdf > 0.0).then_some(BsdfSample { wi, weight, density: Density::SolidAngle(pdf) })
     }
 
     /// True for facets of F = 1 with compensation.
     fn claims_lossless(&self) -> bool {
-        self.fresnel.is_none() && self.compensator.is_some()
+        self.fresnel.is_none() && self.compensator.is_some() && self.tint == Rgb::WHITE
     }
 
     fn normals(&self) -> Option<&dyn Normals> {

@@ -85,6 +85,12 @@ impl<N: Normals> RoughPlastic<N> {
         Self { base: Base { nonlinear, ..self.base }, ..self }
     }
 
+    /// The same on another base, of reflectance `rho` in [0, 1] per channel.
+    pub fn with_rho(self, rho: impl Into<Rgb>) -> Result<Self, ParamError> {
+        let rho = TINT.check_colour(MODEL, "rho", rho.into())?;
+        Ok(Self { base: Base { rho, ..self.base }, ..self })
+    }
+
     fn probabilities(&self, wo: DVec3) -> [f64; 2] {
         probabilities(1.0 - self.entering.at(wo.z), self.reflect, self.base.rho)
     }

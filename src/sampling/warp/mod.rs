@@ -25,9 +25,11 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::math::special::sin_cos_turns;
+
 /// The direction of height `z` and distance `r` from the axis, `turn` full turns from +x.
 fn cylindrical(r: f64, z: f64, turn: f64) -> DVec3 {
-    let (sin_phi, cos_phi) = (TAU * turn).sin_cos();
+    let (sin_phi, cos_phi) = sin_cos_turns(turn);
     DVec3::new(r * cos_phi, r * sin_phi, z)
 }
 

@@ -1,0 +1,158 @@
+//! `whitefurnace render`: an image of a scene, with the error of every pixel.
+
+mod args;
+mod output;
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use anyhow::{Context, anyhow, bail};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::{Status, scene_source};
+use crate::render::checkpoint::Checkpoint;
+use crate::render::film::Film;
+use crate::render::filter::Filter;
+use crate::render::path::{PathTracer, Strategy};
+use crate::render::progressive::{self, Job, Progress, Stop};
+use crate::render::provenance::{Provenance, Run};
+use crate::scene::{FilterKind, Scene};
+
+pub(super) use args::{HELP, RenderArgs};
+
+use args::Bounces;
+use output::{Outputs, Report};
+
+/// Samples per pixel where neither the command line nor the scene says how many.
+const DEFAULT_SAMPLES: u32 = 64;
+/// How often the samples are kept while the work goes on.
+const KEEP_SECONDS: f64 = 60.0;
+
+/// Everything that can be wrong is found before the first ray.
+pub(super) fn run(args: &RenderArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
+    let outputs = Outputs::new(args)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
+    let (report, interrupted) = pool.install(|| rendered(args, &outputs))?;
+    outputs.statistics(&report, out)?;
+    if !args.quiet && !outputs.statistics_on_stdout() {
+        outputs.summary(&report, interrupted, out)?;
+    }
+    Ok(Status::Pass)
+}
+
+/// Loads, builds, renders and writes the images; whether it was interrupted.
+fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, bool)> {
+    let start = Instant::now();
+    let loaded = scene_source::load(&args.scene)?;
+    if !args.quiet {
+        loaded.warnings.iter().try_for_each(|warning| writeln!(io::stderr(), "warning: {warning}"))?;
+    }
+    let load = start.elapsed().as_secs_f64();
+    let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
+    let scene = match args.size {
+        Some((width, height)) => scene.with_size(width, height),
+        None => scene,
+    };
+    let build = start.elapsed().as_secs_f64() - load;
+    let tracer = tracer(args, &scene)?;
+    let filter = args.filter.clone().map_or_else(|| filter_of(scene.film().filter), Ok)?;
+    let job = Job { scene: &scene, radiance: &tracer, filter: &filter, sampler: args.sampler, seed: args.seed };
+    let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}", args.sampler))?;
+
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // It fails where a handler is set already, and that one does the same.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let bar = progress_bar(args.quiet);
+    let Checkpoint { mut film, mut provenance } = state;
+    let mut kept = Instant::now();
+    let cost = progressive::render(&job, &mut film, stop(args, &scene), &interrupted, &mut |film, now| {
+        show(&bar, now);
+        if kept.elapsed().as_secs_f64() > KEEP_SECONDS {
+            // If it cannot be written now, the end will say so, and the samples are not lost before.
+            let _ =
+                outputs.checkpoint(&Checkpoint { film: film.clone(), provenance: up_to(&provenance, film, args.seed) });
+            kept = Instant::now();
+        }
+    });
+    bar.finish_and_clear();
+
+    provenance = up_to(&provenance, &film, args.seed);
+    provenance.seconds += cost.seconds;
+    let report = Report { state: Checkpoint { film, provenance }, cost, load, build };
+    outputs.checkpoint_and_images(&report)?;
+    Ok((report, interrupted.load(Ordering::Relaxed)))
+}
+
+/// A film without samples, or the one that is gone on with.
+fn begin(args: &RenderArgs, scene: &Scene, how: &str) -> anyhow::Result<Checkpoint> {
+    let (width, height) = (scene.film().width, scene.film().height);
+    let settings = format!("{width}x{height}, {how}");
+    let Some(path) = &args.resume else {
+        let run = Run { seed: args.seed, first: 0, count: 0 };
+        let provenance = Provenance::new(scene.name(), &settings, run, 0.0);
+        return Ok(Checkpoint { film: Film::new(width, height), provenance });
+    };
+    let state = Checkpoint::read(path).context("--resume")?;
+    let resumable = state.resumable(scene.name(), &settings, args.seed);
+    resumable.map_err(|why| anyhow!("--resume {}: {why}", path.display()))?;
+    Ok(state)
+}
+
+/// `before`, with the samples that are on the film now.
+fn up_to(before: &Provenance, film: &Film, seed: u64) -> Provenance {
+    // Where the work was cut short, some pixels have fewer: the numbers in between count as taken.
+    let count = film.pixels().iter().map(|pixel| pixel.n + pixel.nonfinite).max().unwrap_or(0);
+    Provenance { runs: vec![Run { seed, first: 0, count }], ..before.clone() }
+}
+
+fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {
+    let strategy = args.strategy.into();
+    if strategy == Strategy::Bsdf && scene.emitters().has_dirac() {
+        bail!(
+            "--strategy bsdf: the scene has a point, spot or directional light, which no ray hits by chance; \
+             allowed are mis, direct, random-connect"
+        );
+    }
+    let bounces = args.bounces.map_or_else(|| scene.render_settings().bounces.flatten(), |Bounces(r)| r);
+    Ok(PathTracer { strategy, bounces, first_split: args.first_split, roulette: args.rr, ..PathTracer::default() })
+}
+
+fn filter_of(kind: FilterKind) -> anyhow::Result<Filter> {
+    Ok(match kind {
+        FilterKind::Box => Filter::BOX,
+        FilterKind::Tent => Filter::tent(1.0)?,
+        FilterKind::Gaussian { stddev } => Filter::gaussian(stddev, 4.0 * stddev)?,
+        FilterKind::Mitchell { b, c } => Filter::mitchell(b, c)?,
+    })
+}
+
+fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
+    match (args.time, args.rel_error) {
+        (Some(seconds), _) => Stop::Seconds(seconds),
+        (_, Some(bound)) => Stop::RelativeError(bound),
+        _ => Stop::Samples(
+            args.spp.unwrap_or_else(|| scene.render_settings().samples.unwrap_or(DEFAULT_SAMPLES).max(1).into()),
+        ),
+    }
+}
+
+fn progress_bar(quiet: bool) -> ProgressBar {
+    let visible = !quiet && io::stderr().is_terminal();
+    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(1000), target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, now: Progress) {
+    let Progress { samples, seconds, share, relative_error } = now;
+    bar.set_position((1000.0 * share) as u64);
+    let left = if share > 0.0 { format!("{:.0} s left", seconds * (1.0 - share) / share) } else { String::new() };
+    let error = if relative_error.is_finite() { format!("{:.2} % error", 100.0 * relative_error) } else { "-".into() };
+    bar.set_message(format!("{samples} samples per pixel  {error}  {left}"));
+}

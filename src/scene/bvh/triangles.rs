@@ -1,0 +1,282 @@
+//! A tree over triangles.
+#![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
+
+use std::marker::PhantomData;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::aabb::Aabb;
+use super::build::{Item, Tree};
+use super::exact::{Corners, Shear, TriangleHit};
+use super::few::Few;
+use super::kernel::{Lanes, Level, Task, in_huge_pages};
+use super::node::{Beam, Block, LEAF, Node, Probe, WIDTH};
+use super::query::{Frame, Query, Straight, Twist, up};
+use super::walk;
+use crate::scene::ray::Ray;
+
+/// Triangles, for rays to be intersected with.
+///
+/// A hit is that of the f64 test of all triangles, with the least t and, among equals, the least index: the tree and its
+/// f32 only rule out what that test would rule out too. A closed mesh has no gaps.
+///
+/// Triangles with a vertex that is not finite (or beyond 10¹⁵⁰ in size), with an index out of range or with no area are
+/// never hit.
+#[derive(Clone, Debug)]
+pub struct TriangleBvh {
+    level: Level,
+    frame: Frame,
+    bounds: Aabb,
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    corners: Vec<Corners>,
+    root: Option<u32>,
+    /// All triangles once more, if they are few.
+    few: Option<Few>,
+}
+
+/// Coordinates up to this size have products in f64.
+const LARGEST: f64 = 1e150;
+
+/// x as f32, not greater and not smaller.
+fn outwards(lo: f64, hi: f64) -> (f32, f32) {
+    let (near_lo, near_hi) = (lo as f32, hi as f32);
+    (
+        if f64::from(near_lo) <= lo { near_lo } else { near_lo.next_down() },
+        if f64::from(near_hi) >= hi { near_hi } else { near_hi.next_up() },
+    )
+}
+
+/// A box in the tree's coordinates, rounded outwards.
+pub(super) fn item(frame: &Frame, bounds: &Aabb, index: u32) -> Item {
+    let (min, max) = (frame.enter(bounds.min), frame.enter(bounds.max));
+    let [x, y, z] = [0, 1, 2].map(|k| outwards(min[k], max[k]));
+    Item::new([x.0, y.0, z.0], [x.1, y.1, z.1], index)
+}
+
+/// The vertices, if they make a triangle that can be hit.
+fn vertices(positions: &[DVec3], triangle: [u32; 3]) -> Option<[DVec3; 3]> {
+    let [a, b, c] = triangle.map(|index| positions.get(index as usize).copied());
+    let v = [a?, b?, c?];
+    let sound = v.iter().all(|v| v.abs().max_element() <= LARGEST && !v.is_nan());
+    (sound && (v[1] - v[0]).cross(v[2] - v[0]) != DVec3::ZERO).then_some(v)
+}
+
+/// Triangles are gathered in parallel in pieces of this size.
+const PIECE: usize = 1 << 14;
+
+impl TriangleBvh {
+    /// Builds the tree, in parallel, and the same one on any number of threads.
+    ///
+    /// `triangles` are indices into `positions`, no more than 2³¹ of them.
+    pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        Self::build_at(Level::best(), positions, triangles)
+    }
+
+    pub(super) fn build_at(level: Level, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let piece_bounds = |piece: &[[u32; 3]]| {
+            Aabb::around(piece.iter().filter_map(|&triangle| vertices(positions, triangle)).flatten())
+        };
+        let bounds = triangles.par_chunks(PIECE).map(piece_bounds).reduce(|| Aabb::EMPTY, Aabb::union);
+        let frame = Frame::of(&bounds);
+        let items = triangles.par_iter().enumerate().filter_map(|(index, &triangle)| {
+            let v = vertices(positions, triangle)?;
+            Some(item(&frame, &Aabb::around(v), index as u32))
+        });
+        let tree = Tree::build(items.collect(), WIDTH);
+        let mut corners = in_huge_pages(tree.items.len());
+        let with_corners = tree.items.par_iter().map(|item| {
+            let index = item.index();
+            Corners::new(triangles[index as usize].map(|vertex| positions[vertex as usize]), index)
+        });
+        with_corners.collect_into_vec(&mut corners);
+        let mut blocks = in_huge_pages(tree.leaves.len());
+        let leaf_blocks = tree.leaves.par_iter().map(|leaf| {
+            let triangles = &corners[leaf.start as usize..leaf.end as usize];
+            let mut inside = [[DVec3::ZERO; 3]; WIDTH];
+            for (inside, corners) in inside.iter_mut().zip(triangles) {
+                *inside = corners.vertices().map(|v| frame.enter(v));
+            }
+            Block::new(&inside[..triangles.len()], leaf.start)
+        });
+        leaf_blocks.collect_into_vec(&mut blocks);
+        let few = Few::new(corners.iter().map(|t| t.vertices().map(|v| frame.enter(v))));
+        Self { level, frame, bounds, blocks, nodes: tree.nodes, corners, root: tree.root, few }
+    }
+
+    /// The nearest hit with 0 < t < `ray.t_max`.
+    ///
+    /// None too for a ray that is no ray: one with a coordinate that is NaN or infinite, or with a direction of length 0.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<TriangleHit> {
+        self.closest_with::<Straight>(ray)
+    }
+
+    /// Whether there is a hit with 0 < t < `ray.t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.occluded_with::<Straight>(ray)
+    }
+
+    /// With the ray's f32 numbers changed, for tests of what their slack is good for.
+    #[inline(always)]
+    pub(super) fn closest_with<T: Twist>(&self, ray: &Ray) -> Option<TriangleHit> {
+        let long = ray.dir.length_squared();
+        if (0.81..1.21).contains(&long) {
+            return self.level.run(Closest::<T> { tree: self, ray, twist: PhantomData });
+        }
+        let (unit, length) = normalised(ray)?;
+        let hit = self.level.run(Closest::<T> { tree: self, ray: &unit, twist: PhantomData })?;
+        Some(TriangleHit { t: hit.t / length, ..hit })
+    }
+
+    /// As [`Self::closest_with`].
+    #[inline(always)]
+    pub(super) fn occluded_with<T: Twist>(&self, ray: &Ray) -> bool {
+        let long = ray.dir.length_squared();
+        if (0.81..1.21).contains(&long) {
+            return self.level.run(Occluded::<T> { tree: self, ray, twist: PhantomData });
+        }
+        normalised(ray)
+            .is_some_and(|(unit, _)| self.level.run(Occluded::<T> { tree: self, ray: &unit, twist: PhantomData }))
+    }
+
+    #[inline(always)]
+    fn prefetch<S: Lanes>(&self, s: S, child: u32) {
+        if child & LEAF == 0 {
+            s.prefetch(&self.nodes[child as usize]);
+        } else {
+            s.prefetch(&self.blocks[(child ^ LEAF) as usize]);
+        }
+    }
+
+    /// The box around all triangles that can be hit; empty if there is none.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The size of the largest coordinate, for [`offset_origin_within`](crate::scene::ray::offset_origin_within).
+    pub fn extent(&self) -> f64 {
+        if self.bounds.is_empty() { 0.0 } else { self.bounds.min.abs().max(self.bounds.max.abs()).max_element() }
+    }
+
+    /// What the tree occupies.
+    pub fn memory_bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>()
+            + self.blocks.capacity() * size_of::<Block>()
+            + self.corners.capacity() * size_of::<Corners>()
+            + self.few.as_ref().map_or(0, Few::memory_bytes)
+            + size_of::<Self>()
+    }
+}
+
+/// The same ray with a direction of length 1, and the length that it had; None if that is 0 or not finite.
+#[cold]
+fn normalised(ray: &Ray) -> Option<(Ray, f64)> {
+    let length = ray.dir.length();
+    let unit = Ray::up_to(ray.origin, ray.dir / length, ray.t_max * length);
+    (length > 0.0 && length.is_finite()).then_some((unit, length))
+}
+
+struct Closest<'a, T> {
+    tree: &'a TriangleBvh,
+    ray: &'a Ray,
+    twist: PhantomData<T>,
+}
+
+impl<T: Twist> Task for Closest<'_, T> {
+    type Output = Option<TriangleHit>;
+
+    #[inline(always)]
+    fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> Option<TriangleHit> {
+        let Self { tree, ray, .. } = self;
+        let root = tree.root?;
+        if let Some(few) = &tree.few {
+            return few.closest::<T, W>(wide, &tree.corners, &tree.frame, ray);
+        }
+        let query = Query::new::<T>(narrow, &tree.frame, ray)?;
+        let shear = Shear::new(narrow, ray);
+        let beam = Beam::new(narrow, &query.slabs::<T>(narrow));
+        let probe = Probe::new(narrow, &query);
+        let mut best: Option<TriangleHit> = None;
+        let mut reach = query.reach;
+        walk::nearest_first(
+            narrow,
+            &tree.nodes,
+            root,
+            &beam,
+            reach,
+            |child| tree.prefetch(narrow, child),
+            |leaf| {
+                let block = &tree.blocks[leaf as usize];
+                let tested = block.test(narrow, &probe);
+                let mut candidates = narrow.bits(tested.candidates(narrow, narrow.splat(reach)));
+                while candidates != 0 {
+                    let lane = candidates.trailing_zeros();
+                    candidates &= candidates - 1;
+                    let corners = &tree.corners[(block.first + lane) as usize];
+                    if let Some(hit) = shear.hit(narrow, corners, ray.t_max)
+                        && best.as_ref().is_none_or(|best| hit.before(best))
+                    {
+                        reach = up(hit.t * tree.frame.scale);
+                        best = Some(hit);
+                    }
+                }
+                reach
+            },
+        );
+        best
+    }
+}
+
+struct Occluded<'a, T> {
+    tree: &'a TriangleBvh,
+    ray: &'a Ray,
+    twist: PhantomData<T>,
+}
+
+impl<T: Twist> Task for Occluded<'_, T> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> bool {
+        let Self { tree, ray, .. } = self;
+        let Some(root) = tree.root else { return false };
+        if let Some(few) = &tree.few {
+            return few.occluded::<T, W>(wide, &tree.corners, &tree.frame, ray);
+        }
+        let Some(query) = Query::new::<T>(narrow, &tree.frame, ray) else { return false };
+        let beam = Beam::new(narrow, &query.slabs::<T>(narrow));
+        let probe = Probe::new(narrow, &query);
+        let reach = narrow.splat(query.reach);
+        walk::any(
+            narrow,
+            &tree.nodes,
+            root,
+            &beam,
+            query.reach,
+            |child| tree.prefetch(narrow, child),
+            |leaf| {
+                let block = &tree.blocks[leaf as usize];
+                let tested = block.test(narrow, &probe);
+                let mut candidates = narrow.bits(tested.candidates(narrow, reach));
+                if candidates == 0 {
+                    return false;
+                }
+                if narrow.bits(tested.certain(narrow, reach)) != 0 {
+                    return true;
+                }
+                let shear = Shear::new(narrow, ray);
+                while candidates != 0 {
+                    let lane = candidates.trailing_zeros();
+                    candidates &= candidates - 1;
+                    if shear.hit(narrow, &tree.corners[(block.first + lane) as usize], ray.t_max).is_some() {
+                        return true;
+                    }
+                }
+                false
+            },
+        )
+    }
+}

@@ -1,0 +1,124 @@
+//! The two ways through a tree: nearest first, and any.
+#![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
+
+use super::kernel::{Lanes, Stack};
+use super::node::{Beam, LEAF, Node};
+
+/// A child and the distance at which the ray enters its box, so that the order of numbers is that of distances, which
+/// are not negative.
+#[inline(always)]
+fn waiting(t: f32, child: u32) -> u64 {
+    u64::from(t.to_bits()) << 32 | u64::from(child)
+}
+
+/// Takes the lowest bit off.
+#[inline(always)]
+fn next_lane(hit: &mut u32) -> usize {
+    let lane = hit.trailing_zeros() as usize & 7;
+    *hit &= *hit - 1;
+    lane
+}
+
+/// Visits the leaves that the ray enters before `reach`, near ones first. A visit returns the reach from then on.
+#[inline(always)]
+pub(super) fn nearest_first<S: Lanes>(
+    s: S,
+    nodes: &[Node],
+    root: u32,
+    beam: &Beam<S>,
+    mut reach: f32,
+    prefetch: impl Fn(u32),
+    mut visit: impl FnMut(u32) -> f32,
+) {
+    let mut stack = Stack::new();
+    let mut at = root;
+    let mut limit = s.splat(reach);
+    loop {
+        if at & LEAF == 0 {
+            let node = &nodes[at as usize];
+            let (enter, mut hit) = beam.enter(s, node, limit);
+            if hit != 0 {
+                let first = next_lane(&mut hit);
+                if hit == 0 {
+                    at = node.child[first];
+                    continue;
+                }
+                let mut t = [0.0; 8];
+                s.store(enter, &mut t);
+                let take = |lane: usize| {
+                    prefetch(node.child[lane]);
+                    waiting(t[lane], node.child[lane])
+                };
+                let (a, b) = (take(first), take(next_lane(&mut hit)));
+                let (near, far) = (a.min(b), a.max(b));
+                if hit == 0 {
+                    stack.push(far);
+                    at = near as u32;
+                    continue;
+                }
+                let c = take(next_lane(&mut hit));
+                let (near, c) = (near.min(c), near.max(c));
+                stack.push(far.max(c));
+                stack.push(far.min(c));
+                if hit == 0 {
+                    at = near as u32;
+                    continue;
+                }
+                let mut count = 3;
+                stack.push(near);
+                while hit != 0 {
+                    stack.push(take(next_lane(&mut hit)));
+                    count += 1;
+                }
+                stack.sort_top(count);
+            }
+        } else {
+            reach = visit(at ^ LEAF);
+            limit = s.splat(reach);
+        }
+        at = loop {
+            match stack.pop() {
+                None => return,
+                Some(next) if f32::from_bits((next >> 32) as u32) <= reach => break next as u32,
+                Some(_) => {}
+            }
+        };
+    }
+}
+
+/// Visits the leaves that the ray enters before `reach` until a visit returns true; whether one did.
+#[inline(always)]
+pub(super) fn any<S: Lanes>(
+    s: S,
+    nodes: &[Node],
+    root: u32,
+    beam: &Beam<S>,
+    reach: f32,
+    prefetch: impl Fn(u32),
+    mut visit: impl FnMut(u32) -> bool,
+) -> bool {
+    let mut stack = Stack::new();
+    let mut at = root;
+    let reach = s.splat(reach);
+    loop {
+        if at & LEAF == 0 {
+            let node = &nodes[at as usize];
+            let (_, mut hit) = beam.enter(s, node, reach);
+            if hit != 0 {
+                at = node.child[next_lane(&mut hit)];
+                while hit != 0 {
+                    let child = node.child[next_lane(&mut hit)];
+                    prefetch(child);
+                    stack.push(u64::from(child));
+                }
+                continue;
+            }
+        } else if visit(at ^ LEAF) {
+            return true;
+        }
+        match stack.pop() {
+            None => return false,
+            Some(next) => at = next as u32,
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Everything that emits, sampled from any point: one table of emitters, chosen by power.
+//!
+//! The density of a direction towards the surface of emitter i is P(i) · p(ω | i) [1/sr]. The choice knows nothing of
+//! the point from which one looks, so that the density of a direction found otherwise costs no sum over the emitters.
+
+mod area;
+mod environment;
+mod points;
+
+use glam::{DVec2, DVec3};
+
+use super::BuildError;
+use super::geometry::{Surface, Surfaces};
+use super::light::Light;
+use super::shape::Shape;
+use crate::bsdf::Density;
+use crate::math::color::Rgb;
+use crate::sampling::discrete::AliasTable;
+
+use area::AreaEmitter;
+use environment::EnvironmentSampler;
+use points::{directional, point, spot};
+
+/// How points of the surface of an emitter are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightSampling {
+    /// Uniformly in solid angle where the emitter is near, in area where the two hardly differ; spheres by their cone.
+    #[default]
+    SolidAngle,
+    /// Uniformly in area.
+    Area,
+}
+
+/// A direction towards an emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit vector towards it.
+    pub wi: DVec3,
+    /// Radiance from there; for a Dirac density the irradiance perpendicular to `wi`.
+    pub radiance: Rgb,
+    /// The density of the draw, the choice of the emitter included.
+    pub density: Density,
+    /// The point of the emitter and its normal, if it is not infinitely far.
+    pub(super) target: Option<(DVec3, DVec3)>,
+}
+
+#[derive(Clone, Debug)]
+enum Emitter {
+    Area { shape: AreaEmitter, radiance: Rgb },
+    Point { position: DVec3, intensity: Rgb },
+    Spot { position: DVec3, axis: DVec3, intensity: Rgb, beam: f64, cutoff: f64 },
+    Directional { towards: DVec3, irradiance: Rgb },
+    Environment(EnvironmentSampler),
+}
+
+/// All emitters of a scene.
+#[derive(Debug)]
+pub struct Emitters {
+    all: Vec<Emitter>,
+    choice: Option<AliasTable>,
+    /// Emitter of each primitive; empty where no surface emits.
+    of_primitive: Vec<u32>,
+    /// Numbers of those that are infinitely far and not Dirac.
+    environments: Vec<usize>,
+    dirac: bool,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Emitters {
+    pub(super) fn new(shapes: &[Shape], lights: &[Light], surfaces: &Surfaces) -> Result<Self, BuildError> {
+        let mut emitters = Vec::new();
+        let mut of_primitive = Vec::new();
+        if shapes.iter().any(|shape| shape.emission.is_some_and(|e| !e.is_black())) {
+            of_primitive = vec![NONE; surfaces.primitive_count()];
+        }
+        for shape in shapes {
+            if let Some(radiance) = shape.emission.filter(|e| !(e.is_finite() && e.min_channel() >= 0.0)) {
+                let reason = format!("its emitted radiance {radiance} is not finite and ≥ 0");
+                return Err(BuildError::Shape { shape: shape.name.clone(), reason });
+            }
+        }
+        let radiance_of = |shape: usize| shapes[shape].emission.filter(|e| !e.is_black());
+        let mut triangle = 0;
+        while !of_primitive.is_empty() && triangle < surfaces.triangle_count() {
+            let shape = surfaces.triangle_shape(triangle);
+            let Some(radiance) = radiance_of(shape) else {
+                triangle += 1;
+                continue;
+            };
+            let number = emitters.len() as u32;
+            let here = surfaces.corners(triangle);
+            let next = (triangle + 1 < surfaces.triangle_count() && surfaces.triangle_shape(triangle + 1) == shape)
+                .then(|| surfaces.corners(triangle + 1));
+            of_primitive[triangle] = number;
+            let shape = match next.and_then(|next| AreaEmitter::rectangle_of(here, next)) {
+                Some(rectangle) => {
+                    triangle += 1;
+                    of_primitive[triangle] = number;
+                    rectangle
+                }
+                None => AreaEmitter::triangle(here),
+            };
+            emitters.push(Emitter::Area { shape, radiance });
+            triangle += 1;
+        }
+        for (i, (quadric, shape)) in surfaces.quadrics().iter().enumerate() {
+            if let Some(radiance) = radiance_of(*shape as usize) {
+                of_primitive[surfaces.triangle_count() + i] = emitters.len() as u32;
+                let inside_out = surfaces.is_inside_out(*shape as usize);
+                emitters.push(Emitter::Area { shape: AreaEmitter::quadric(*quadric, inside_out), radiance });
+            }
+        }
+        for (i, light) in lights.iter().enumerate() {
+            emitters.push(Emitter::of_light(light, i)?);
+        }
+        let (_, radius) = surfaces.bounding_sphere().unwrap_or((DVec3::ZERO, 1.0));
+        let powers: Vec<f64> = emitters.iter().map(|emitter| emitter.power(radius)).collect();
+        let environments = (0..emitters.len()).filter(|&i| matches!(emitters[i], Emitter::Environment(_))).collect();
+        let dirac = emitters.iter().any(Emitter::is_dirac);
+        Ok(Self { choice: AliasTable::new(&powers), all: emitters, of_primitive, environments, dirac })
+    }
+
+    /// Whether nothing emits.
+    pub fn is_empty(&self) -> bool {
+        self.choice.is_none()
+    }
+
+    /// Whether there is a light that no ray can hit by chance: a point, a spot or parallel light.
+    pub fn has_dirac(&self) -> bool {
+        self.dirac
+    }
+
+    /// Draws a direction from `p` towards an emitter: `choice` picks the emitter, `u` the point of it.
+    #[inline]
+    pub fn sample(&self, by: LightSampling, p: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
+        let (number, probability, _) = self.choice.as_ref()?.pick(choice);
+        let mut sample = match &self.all[number] {
+            Emitter::Area { shape, radiance } => {
+                let drawn = shape.sample(by, p, u)?;
+                LightSample {
+                    wi: drawn.wi,
+                    radiance: *radiance,
+                    density: Density::SolidAngle(drawn.pdf),
+                    target: Some((drawn.point, drawn.normal)),
+                }
+            }
+            Emitter::Point { position, intensity } => point(p, *position, *intensity)?,
+            Emitter::Spot { position, axis, intensity, beam, cutoff } => {
+                spot(p, *position, *axis, *intensity, (*beam, *cutoff))?
+            }
+            Emitter::Directional { towards, irradiance } => directional(*towards, *irradiance),
+            Emitter::Environment(environment) => {
+                let (wi, radiance, pdf) = environment.sample(u);
+                LightSample { wi, radiance, density: Density::SolidAngle(pdf), target: None }
+            }
+        };
+        sample.density = match sample.density {
+            Density::SolidAngle(pdf) => Density::SolidAngle(pdf * probability),
+            Density::Dirac(p) => Density::Dirac(p * probability),
+        };
+        Some(sample)
+    }
+
+    /// The radiance that leaves a surface towards `wo` by emission: that of its outside.
+    #[inline]
+    pub fn emitted(&self, surface: &Surface, wo: DVec3) -> Option<(usize, Rgb)> {
+        let number = *self.of_primitive.get(surface.primitive)?;
+        if number == NONE || surface.ng.dot(wo) <= 0.0 {
+            return None;
+        }
+        match &self.all[number as usize] {
+            Emitter::Area { radiance, .. } => Some((number as usize, *radiance)),
+            _ => None,
+        }
+    }
+
+    /// The density [1/sr] with which [`Emitters::sample`] draws, from `p`, the direction `wi` to this point of emitter `number`.
+    #[inline]
+    pub fn pdf(&self, by: LightSampling, number: usize, p: DVec3, wi: DVec3, surface: &Surface) -> f64 {
+        let (Emitter::Area { shape, .. }, Some(choice)) = (&self.all[number], &self.choice) else { return 0.0 };
+        choice.probability(number) * shape.pdf(by, p, wi, surface)
+    }
+
+    /// The radiance from infinitely far along `wi`, emitter by emitter, each with its density [1/sr].
+    #[inline]
+    pub fn escaped(&self, wi: DVec3) -> impl Iterator<Item = (Rgb, f64)> {
+        self.environments.iter().filter_map(move |&number| {
+            let (Emitter::Environment(environment), Some(choice)) = (&self.all[number], &self.choice) else {
+                return None;
+            };
+            let (radiance, pdf) = environment.eval(wi);
+            Some((radiance, pdf * choice.probability(number)))
+        })
+    }
+}
+
+impl Emitter {
+    fn of_light(light: &Light, number: usize) -> Result<Self, BuildError> {
+        let refuse = |reason: &str| BuildError::Light { number, reason: reason.into() };
+        let sound = |name: &str, colour: Rgb| {
+            let good = colour.is_finite() && colour.min_channel() >= 0.0;
+            good.then_some(colour).ok_or_else(|| refuse(&format!("its {name} {colour} is not finite and ≥ 0")))
+        };
+        let unit = |w: DVec3| w.try_normalize().ok_or_else(|| refuse("its direction has no length"));
+        Ok(match light {
+            Light::Point { position, intensity } => {
+                Self::Point { position: *position, intensity: sound("intensity", *intensity)? }
+            }
+            Light::Spot { position, direction, intensity, beam, cutoff } => {
+                if !(*beam >= 0.0 && beam <= cutoff && *cutoff <= std::f64::consts::PI) {
+                    return Err(refuse("its angles must be 0 ≤ beam ≤ cutoff ≤ π"));
+                }
+                let intensity = sound("intensity", *intensity)?;
+                Self::Spot { position: *position, axis: unit(*direction)?, intensity, beam: *beam, cutoff: *cutoff }
+            }
+            Light::Directional { direction, irradiance } => {
+                Self::Directional { towards: -unit(*direction)?, irradiance: sound("irradiance", *irradiance)? }
+            }
+            Light::Constant { radiance } => {
+                Self::Environment(EnvironmentSampler::constant(sound("radiance", *radiance)?))
+            }
+            Light::Environment(map) => {
+                let sampler = EnvironmentSampler::of_map(map.clone());
+                Self::Environment(sampler.ok_or_else(|| refuse("its picture has no pixel that shines, or a bad one"))?)
+            }
+        })
+    }
+
+    /// Emitted power [W], up to what a scene of this radius receives.
+    fn power(&self, radius: f64) -> f64 {
+        use std::f64::consts::{PI, TAU};
+        match self {
+            Self::Area { shape, radiance } => PI * shape.area() * radiance.mean(),
+            Self::Point { intensity, .. } => 2.0 * TAU * intensity.mean(),
+            Self::Spot { intensity, beam, cutoff, .. } => {
+                TAU * (1.0 - (0.5 * (beam + cutoff)).cos()) * intensity.mean()
+            }
+            Self::Directional { irradiance, .. } => PI * radius * radius * irradiance.mean(),
+            Self::Environment(environment) => PI * radius * radius * environment.total(),
+        }
+    }
+
+    fn is_dirac(&self) -> bool {
+        matches!(self, Self::Point { .. } | Self::Spot { .. } | Self::Directional { .. })
+    }
+}

@@ -1,0 +1,136 @@
+//! Image files that others wrote: every compression of one picture, references of published scenes, textures.
+//!
+//! They are read through WHITEFURNACE_DATA and never shipped; without them each test says so and passes. Means were
+//! obtained with other programs.
+#![allow(clippy::print_stderr, reason = "a skipped test says so")]
+
+use std::path::{Path, PathBuf};
+
+use whitefurnace::image::{Image, Storage};
+
+/// The image `name`; None, with a line, where the data is absent.
+fn image(name: &str) -> Option<Image> {
+    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
+    let path = root.join(name);
+    if !path.exists() {
+        eprintln!("skipped: {} is absent", path.display());
+        return None;
+    }
+    Some(Image::read(&path).unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn mean(image: &Image) -> [f64; 3] {
+    let pixels = image.pixels_rgb();
+    [0, 1, 2].map(|c| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / pixels.len() as f64)
+}
+
+#[track_caller]
+fn close(actual: [f64; 3], expected: [f64; 3], tolerance: f64) {
+    for (a, e) in actual.iter().zip(expected) {
+        assert!((a - e).abs() <= tolerance, "{actual:?}, expected {expected:?}");
+    }
+}
+
+#[test]
+fn every_compression_of_one_picture_agrees() {
+    for (bits, storage) in [("f16", Storage::Half), ("f32", Storage::Float)] {
+        let [a, b, c] = ["uncompressed", "zip", "piz"]
+            .map(|compression| image(&format!("images/exr/compression/{bits}_{compression}.exr")));
+        let (Some(a), Some(b), Some(c)) = (a, b, c) else { return };
+        assert_eq!(a.storage(), storage);
+        assert_eq!(a.names().collect::<Vec<_>>(), ["A", "B", "G", "R"]);
+        for name in a.names() {
+            assert!(a.plane(name).unwrap().iter().any(|v| *v != 0.0), "{name} is empty");
+            assert_eq!(a.plane(name), b.plane(name), "{bits}, {name}");
+            assert_eq!(a.plane(name), c.plane(name), "{bits}, {name}");
+        }
+    }
+}
+
+#[test]
+fn half_and_single_precision_of_one_picture_agree() {
+    let [Some(half), Some(single)] =
+        ["f16", "f32"].map(|bits| image(&format!("images/exr/compression/{bits}_uncompressed.exr")))
+    else {
+        return;
+    };
+    for (h, s) in half.pixels_rgb().iter().flatten().zip(single.pixels_rgb().iter().flatten()) {
+        let (h, s) = (f64::from(*h), f64::from(*s));
+        assert!((h - s).abs() <= Storage::Half.rounding(s, s), "{s} became {h}");
+    }
+}
+
+#[test]
+fn references_of_published_scenes_have_their_means() {
+    // The means are stated to six decimals.
+    for (name, expected) in [
+        ("scenes/bitterli/cornell-box/ref_tungsten.exr", [0.196251, 0.127531, 0.036100]),
+        ("scenes/bitterli/cornell-box/ref_mitsuba3.exr", [0.196323, 0.127571, 0.036112]),
+        ("scenes/bitterli/veach-mis/ref_tungsten.exr", [0.673052, 0.610719, 0.592461]),
+    ] {
+        let Some(image) = image(name) else { return };
+        close(mean(&image), expected, 1e-6);
+    }
+}
+
+#[test]
+fn single_pixels_lie_where_they_should() {
+    let Some(image) = image("scenes/ignis/references/ref-point-4096.exr") else { return };
+    // albedo/π cos/d² within 1e-3 by the scene's description; an image upside down or mirrored would miss it by far.
+    close(image.rgb(200, 128).map(f64::from), [0.06906, 0.05448, 0.05196], 1e-4);
+}
+
+#[test]
+fn a_furnace_reads_one_half() {
+    let Some(image) = image("scenes/osl/furnace-diffuse/ref/out.exr") else { return };
+    assert!(image.pixels_rgb().iter().flatten().all(|v| (v - 0.5).abs() <= 1e-3));
+}
+
+#[test]
+fn textures() {
+    let Some(wood) = image("scenes/mitsuba/common/textures/wood.jpg") else { return };
+    assert!(wood.is_srgb_encoded() && wood.width() > 100);
+    let [r, g, b] = mean(&wood);
+    assert!(r > g && g > b, "wood is brown, not {:?}", [r, g, b]);
+    let noise = image("scenes/mitsuba/common/textures/noise_8x8.png").unwrap();
+    assert_eq!((noise.width(), noise.height(), noise.storage()), (8, 8, Storage::Srgb8));
+    assert!(image("scenes/mitsuba/common/textures/leaf_mask.png").unwrap().has_colour());
+    let museum = image("scenes/mitsuba/common/textures/museum.exr").unwrap();
+    assert!(!museum.is_srgb_encoded() && mean(&museum).iter().all(|v| *v > 0.0));
+}
+
+#[test]
+fn radiance_pictures() {
+    let Some(fish) = image("images/hdr/radiance_mirror_fish.hdr") else { return };
+    assert_eq!((fish.width(), fish.height(), fish.storage()), (128, 124, Storage::Rgbe));
+    assert_eq!(fish.metadata()["EXPOSURE"], "8.000000e+00");
+    assert!(mean(&fish).iter().all(|v| *v > 0.01 && *v < 100.0), "{:?}", mean(&fish));
+    assert_eq!(image("images/hdr/radiance_glass_def.hdr").unwrap().storage(), Storage::Rgbe);
+}
+
+#[test]
+fn planes_that_are_no_colour_are_not_taken_for_one() {
+    let Some(multi) = image("images/exr/spot_multi.exr") else { return };
+    assert!(!multi.has_colour(), "{:?}", multi.names().collect::<Vec<_>>());
+    assert_eq!(multi.plane("_arg_0.X").unwrap().len(), multi.width() * multi.height());
+}
+
+#[test]
+fn real_files_cut_short_are_errors() {
+    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
+    for name in [
+        "images/exr/compression/f16_piz.exr",
+        "images/exr/compression/f32_zip.exr",
+        "images/exr/spot_multi.exr",
+        "images/hdr/radiance_glass_def.hdr",
+        "scenes/mitsuba/common/textures/wood.jpg",
+        "scenes/mitsuba/common/textures/leaf_mask.png",
+    ] {
+        let Ok(bytes) = std::fs::read(root.join(name)) else { return };
+        for tenths in 0..10 {
+            let cut = &bytes[..bytes.len() * tenths / 10];
+            let text = Image::decode(cut, Path::new(name)).expect_err("half a file is no file").to_string();
+            assert!(text.starts_with(name) && text.lines().count() == 1, "{text}");
+        }
+    }
+}
