@@ -45,12 +45,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut film = Film::new(64, 64);
     render(&job, &mut film, Stop::Samples(256), &AtomicBool::new(false), &mut |_, _| {});
 
-    for x in [32, 40, 48] {
+    for x in [32_u32, 40, 48] {
         // The angle at the pixel's centre; over the pixel the albedo hardly varies.
         let ray = scene.camera_ray(DVec2::new(f64::from(x) + 0.5, 32.5), DVec2::ZERO);
         let surface = scene.intersect(&ray).ok_or("the ball is there")?;
         let wo = surface.frame.to_local(-ray.dir);
-        let exact = Hemisphere::default().albedo(&velvet(), wo, Side::Eye).value;
+        let exact = Hemisphere::default().albedo(&velvet(), Side::Eye, wo).value;
         let (seen, error) = (film.mean(x as usize, 32), film.variance_of_mean(x as usize, 32).map(f64::sqrt));
         let gap = (seen - exact).0.abs();
         assert!((gap - 5.0 * error.0 - 0.02 * exact.0).max_element() <= 0.0, "{seen} ± {error} against {exact}");

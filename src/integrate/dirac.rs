@@ -70,7 +70,9 @@ pub fn dirac_lobes(bsdf: &dyn Bsdf, wo: DVec3) -> Vec<DiracLobe> {
             found.push(lobe);
         }
     };
-    sweep.iter().for_each(|(_, lobe)| see(*lobe));
+    for (_, lobe) in &sweep {
+        see(*lobe);
+    }
     while let Some(((from, low), (to, high))) = borders.pop() {
         if same(low, high) || to - from <= NARROWEST {
             continue;
