@@ -88,7 +88,9 @@ impl Few {
         }
         let shear = Shear::new(s, ray);
         let mut best: Option<TriangleHit> = None;
-        let mut next = (candidates & bounds.within(s, s.least(least), self.batches.len())).trailing_zeros();
+        let nearest = candidates & bounds.within(s, s.least(least), self.batches.len());
+        // No bound is NaN as long as there is slack; without, all are asked.
+        let mut next = if nearest == 0 { candidates } else { nearest }.trailing_zeros();
         loop {
             candidates &= !(1 << next);
             let corners = &self.corners[next as usize];
