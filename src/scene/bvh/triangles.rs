@@ -98,6 +98,10 @@ impl TriangleBvh {
         Self { level, frame, bounds, nodes: tree.nodes, root: tree.root, leaves }
     }
 
+    pub(super) fn level(&self) -> Level {
+        self.level
+    }
+
     /// The nearest hit with 0 < t < `ray.t_max`.
     ///
     /// None too for a ray that is no ray: one with a coordinate that is NaN or infinite, or with a direction of length 0.
