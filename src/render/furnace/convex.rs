@@ -177,7 +177,7 @@ mod tests {
         for text in [
             "lambert:rho=0.8",
             "ggx:alpha=0.3",
-            "phong:n=100,norm=n+1,divide=true",
+            "phong:n=20,norm=n+1,divide=true",
             "mirror:rho=0.7",
             "rough-dielectric:alpha=0.3",
         ] {
