@@ -12,11 +12,11 @@ use thiserror::Error;
 
 use super::color::Rgb;
 
-/// The first wavelength of the tables [nm].
+/// The first wavelength of the tables \[nm\].
 const FIRST: f64 = 360.0;
-/// The distance of their rows [nm].
+/// The distance of their rows \[nm\].
 const STEP: f64 = 5.0;
-/// The distance of the points at which spectra are integrated [nm]: those of published data are at whole wavelengths.
+/// The distance of the points at which spectra are integrated \[nm\]: those of published data are at whole wavelengths.
 const FINE: f64 = 0.5;
 
 /// A spectrum given at some wavelengths: linear between them, 0 outside.
@@ -39,7 +39,7 @@ pub enum SpectrumError {
     /// A value is NaN or infinite.
     #[error("the value {value} at {wavelength} nm; allowed are finite values")]
     NotFinite {
-        /// Where [nm].
+        /// Where \[nm\].
         wavelength: f64,
         /// The value.
         value: f64,
@@ -47,7 +47,7 @@ pub enum SpectrumError {
 }
 
 impl Spectrum {
-    /// The spectrum through these pairs of a wavelength [nm] and a value.
+    /// The spectrum through these pairs of a wavelength \[nm\] and a value.
     pub fn new(samples: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, SpectrumError> {
         let (wavelengths, values): (Vec<f64>, Vec<f64>) = samples.into_iter().unzip();
         if wavelengths.len() < 2 {
@@ -66,7 +66,7 @@ impl Spectrum {
         Ok(Self { wavelengths, values })
     }
 
-    /// The value at a wavelength [nm].
+    /// The value at a wavelength \[nm\].
     pub fn at(&self, wavelength: f64) -> f64 {
         let above = self.wavelengths.partition_point(|&w| w <= wavelength);
         let Some(below) = above.checked_sub(1) else { return 0.0 };

@@ -65,8 +65,6 @@ pub struct Progress {
     pub seconds: f64,
     /// Share of the work that is done, in [0, 1].
     pub share: f64,
-    /// The film's relative error so far; infinite for fewer than two samples.
-    pub relative_error: f64,
 }
 
 /// The cost of a rendering.
@@ -111,14 +109,13 @@ pub fn render(
         }
         done = target;
         let seconds = start.elapsed().as_secs_f64();
-        let relative_error = film.relative_error();
         let share = match stop {
             Stop::Samples(n) => done as f64 / n as f64,
             Stop::Seconds(limit) => seconds / limit,
             // The error falls as the root of the time.
-            Stop::RelativeError(bound) => (bound / relative_error) * (bound / relative_error),
+            Stop::RelativeError(bound) => (bound / film.relative_error()).powi(2),
         };
-        report(film, Progress { samples: done, seconds, share: share.clamp(0.0, 1.0), relative_error });
+        report(film, Progress { samples: done, seconds, share: share.clamp(0.0, 1.0) });
     }
     cost.seconds = start.elapsed().as_secs_f64();
     cost

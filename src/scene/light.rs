@@ -23,9 +23,9 @@ pub enum Light {
         direction: DVec3,
         /// Radiant intensity on the axis [W/sr].
         intensity: Rgb,
-        /// Half angle of the bright cone [rad].
+        /// Half angle of the bright cone \[rad\].
         beam: f64,
-        /// Half angle beyond which nothing shines [rad], ≥ `beam`.
+        /// Half angle beyond which nothing shines \[rad\], ≥ `beam`.
         cutoff: f64,
     },
     /// Parallel light from infinitely far.

@@ -69,7 +69,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let Checkpoint { mut film, mut provenance } = state;
     let mut kept = Instant::now();
     let cost = progressive::render(&job, &mut film, stop(args, &scene), &interrupted, &mut |film, now| {
-        show(&bar, now);
+        show(&bar, film, now);
         if kept.elapsed().as_secs_f64() > KEEP_SECONDS {
             // If it cannot be written now, the end will say so, and the samples are not lost before.
             let _ =
@@ -149,8 +149,11 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     bar
 }
 
-fn show(bar: &ProgressBar, now: Progress) {
-    let Progress { samples, seconds, share, relative_error } = now;
+fn show(bar: &ProgressBar, film: &Film, now: Progress) {
+    if bar.is_hidden() {
+        return;
+    }
+    let (Progress { samples, seconds, share }, relative_error) = (now, film.relative_error());
     bar.set_position((1000.0 * share) as u64);
     let left = if share > 0.0 { format!("{:.0} s left", seconds * (1.0 - share) / share) } else { String::new() };
     let error = if relative_error.is_finite() { format!("{:.2} % error", 100.0 * relative_error) } else { "-".into() };

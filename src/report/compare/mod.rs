@@ -127,7 +127,7 @@ impl Comparison {
 }
 
 /// The least variance of one sample in a picture of them, as in Mitsuba's tests. Such pictures are differences of two
-/// estimates, E[x²] − E[x]², and come out as low as −0.4.
+/// estimates, E\[x²\] − E\[x\]², and come out as low as −0.4.
 pub const LEAST_VARIANCE: f64 = 1e-4;
 
 /// The noise that the planes Variance.R, .G and .B state, with the counts of the plane Samples where there is one.

@@ -55,7 +55,7 @@ impl SphericalRectangle {
         seen.then_some(Self { origin, x_axis, y_axis, z_axis, low, high, edges: DVec2::new(n0, n2), turn, solid_angle })
     }
 
-    /// Ω [sr].
+    /// Ω \[sr\].
     pub fn solid_angle(&self) -> f64 {
         self.solid_angle
     }

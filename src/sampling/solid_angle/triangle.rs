@@ -9,7 +9,7 @@
 
 use glam::{DVec2, DVec3};
 
-/// Ω [sr] of the triangle with corners at `a`, `b`, `c`, seen from the origin; 0 where a corner is at the origin.
+/// Ω \[sr\] of the triangle with corners at `a`, `b`, `c`, seen from the origin; 0 where a corner is at the origin.
 pub fn triangle_solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let volume = a.dot(b.cross(c)).abs();
@@ -50,7 +50,7 @@ impl SphericalTriangle {
         })
     }
 
-    /// Ω [sr].
+    /// Ω \[sr\].
     pub fn solid_angle(&self) -> f64 {
         self.solid_angle
     }

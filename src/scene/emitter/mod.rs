@@ -228,7 +228,7 @@ impl Emitter {
         })
     }
 
-    /// Emitted power [W], up to what a scene of this radius receives.
+    /// Emitted power \[W\], up to what a scene of this radius receives.
     fn power(&self, radius: f64) -> f64 {
         use std::f64::consts::{PI, TAU};
         match self {
