@@ -97,7 +97,7 @@ mod tests {
         for capacity in [0, 1, 1 << 20] {
             let mut vec = in_huge_pages::<u64>(capacity);
             vec.extend(0..capacity as u64);
-            assert!(vec.capacity() >= capacity && vec.iter().sum::<u64>() == (0..capacity as u64).sum());
+            assert!(vec.capacity() >= capacity && vec.iter().sum::<u64>() == (0..capacity as u64).sum::<u64>());
         }
     }
 }
