@@ -77,23 +77,28 @@ fn references_of_published_scenes_have_their_means() {
 fn single_pixels_lie_where_they_should() {
     let Some(image) = image("scenes/ignis/references/ref-point-4096.exr") else { return };
     // albedo/π cos/d² within 1e-3 by the scene's description; an image upside down or mirrored would miss it by far.
-    close(image.rgb(200, 128).map(f64::from), [0.06906, 0.05448, 0.05196], 1e-4);
+    // Row 200, column 128; the file holds half floats.
+    close(image.rgb(128, 200).map(f64::from), [0.06906, 0.05448, 0.05196], 1e-4);
+    assert_eq!(image.rgb(200, 128), [0.0; 3], "the transposed pixel is black, so the two cannot be confused");
 }
 
 #[test]
 fn a_furnace_reads_one_half() {
     let Some(image) = image("scenes/osl/furnace-diffuse/ref/out.exr") else { return };
-    assert!(image.pixels_rgb().iter().flatten().all(|v| (v - 0.5).abs() <= 1e-3));
+    // All but one pixel are exact, by another reader too.
+    let off: Vec<f32> = image.pixels_rgb().into_iter().flatten().filter(|v| *v != 0.5).collect();
+    assert_eq!(off, [0.498_779_3; 3]);
 }
 
 #[test]
 fn textures() {
     let Some(wood) = image("scenes/mitsuba/common/textures/wood.jpg") else { return };
     assert!(wood.is_srgb_encoded() && wood.width() > 100);
-    let [r, g, b] = mean(&wood);
-    assert!(r > g && g > b, "wood is brown, not {:?}", [r, g, b]);
+    assert_eq!((wood.width(), wood.height()), (2048, 1571));
+    // libjpeg's means, by Pillow; decoders may differ by a step of 1/255 in a pixel, and by much less in the mean.
+    close(mean(&wood), [0.596_48, 0.555_59, 0.531_04], 5e-4);
     let noise = image("scenes/mitsuba/common/textures/noise_8x8.png").unwrap();
-    assert_eq!((noise.width(), noise.height(), noise.storage()), (8, 8, Storage::Srgb8));
+    assert_eq!((noise.width(), noise.height(), noise.storage()), (8, 8, Storage::Srgb16));
     assert!(image("scenes/mitsuba/common/textures/leaf_mask.png").unwrap().has_colour());
     let museum = image("scenes/mitsuba/common/textures/museum.exr").unwrap();
     assert!(!museum.is_srgb_encoded() && mean(&museum).iter().all(|v| *v > 0.0));
@@ -109,10 +114,12 @@ fn radiance_pictures() {
 }
 
 #[test]
-fn planes_that_are_no_colour_are_not_taken_for_one() {
+fn colours_are_told_from_the_other_planes() {
     let Some(multi) = image("images/exr/spot_multi.exr") else { return };
-    assert!(!multi.has_colour(), "{:?}", multi.names().collect::<Vec<_>>());
-    assert_eq!(multi.plane("_arg_0.X").unwrap().len(), multi.width() * multi.height());
+    let value = |name: &str| multi.plane(name).unwrap()[10 * multi.width() + 20];
+    assert_eq!(multi.rgb(20, 10), ["R", "G", "B"].map(value));
+    assert_ne!(value("_arg_0.X"), value("R"));
+    assert!(multi.plane("m2__arg_0.Z").is_some() && multi.alpha().unwrap().iter().all(|a| *a == 1.0));
 }
 
 #[test]

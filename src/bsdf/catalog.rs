@@ -4,7 +4,7 @@ use super::measured::{abc, sgd};
 use super::subject::{Args, ParamSpec, SubjectError};
 use super::{
     Bsdf, ashikhmin_shirley, blinn_phong, burley, dielectric, disney, eon, fon, lambert, lommel_seeliger, microfacet,
-    minnaert, mix, null, oren_nayar, phong, plastic, specular, thin_dielectric, ward,
+    minnaert, mix, null, oren_nayar, phong, plastic, specular, thin_dielectric, two_sided, ward,
 };
 
 /// One model of the catalog. Each model's file defines its own.
@@ -72,6 +72,7 @@ pub static MODELS: &[Entry] = &[
     plastic::ENTRY,
     microfacet::ROUGH_PLASTIC,
     null::ENTRY,
+    two_sided::ENTRY,
     mix::ENTRY,
 ];
 

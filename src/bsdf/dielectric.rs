@@ -11,11 +11,11 @@
 use glam::DVec3;
 
 use super::catalog::{Entry, Example};
-use super::refraction::{ETA, flip, refract, relative};
+use super::refraction::{ETA, relative};
 use super::subject::ParamSpec;
 use super::{Bsdf, BsdfSample, Density, Domain, Lobes, ParamError, Uniforms, fresnel};
 use crate::math::color::Rgb;
-use crate::math::sphere::mirror;
+use crate::math::sphere::{flip, mirror, refract};
 
 const TINT: Domain = Domain::Colour(0.0, 1.0);
 

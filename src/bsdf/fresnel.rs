@@ -116,6 +116,16 @@ pub(super) fn dielectric(eta: f64, c: f64) -> f64 {
     (0.5 * (rs * rs + rp * rp)).min(1.0)
 }
 
+/// 1 − F of a dielectric from both cosines, that of the far side `c_t` and that of the near side `c`: with all its digits
+/// also where one of them is small, and the same from either side.
+///
+/// Ts = 4 η c c_t / (c + η c_t)², Tp = 4 η c c_t / (η c + c_t)².
+#[inline]
+pub(super) fn transmitted(eta: f64, c: f64, c_t: f64) -> f64 {
+    let (s, p) = (c + eta * c_t, eta * c + c_t);
+    (2.0 * eta * c * c_t * (1.0 / (s * s) + 1.0 / (p * p))).min(1.0)
+}
+
 fn conductor(eta: f64, k: f64, c: f64) -> f64 {
     if eta == 1.0 && k == 0.0 {
         return 0.0; // No boundary; at c = 0 the formulae would be 0/0.
@@ -244,6 +254,15 @@ mod tests {
         #[test]
         fn a_conductor_that_absorbs_nothing_is_a_dielectric(eta in 0.3..4.0_f64, c in 0.0..=1.0_f64) {
             prop_assert!((conductor(eta, 0.0, c) - dielectric(eta, c)).abs() < 1e-7, "{eta} {c}");
+        }
+
+        #[test]
+        fn what_is_not_reflected_is_transmitted(eta in 0.3..4.0_f64, c in 1e-3..=1.0_f64) {
+            let root2 = (eta - 1.0) * (eta + 1.0) + c * c;
+            prop_assume!(root2 > 1e-6);
+            let t = transmitted(eta, c, root2.sqrt() / eta);
+            // The root loses digits next to the critical angle, at most 1e-16 / 1e-6.
+            prop_assert!((t - (1.0 - dielectric(eta, c))).abs() < 1e-9, "{eta} {c}: {t}");
         }
 
         #[test]

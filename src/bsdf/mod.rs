@@ -79,6 +79,8 @@ pub use thin_dielectric::ThinDielectric;
 pub use two_sided::TwoSided;
 pub use ward::{Ward, WardVariant};
 
+pub(crate) use refraction::relative;
+
 use microfacet::Normals;
 
 /// A model of reflection at one point. [`eval`](Bsdf::eval) alone suffices; the rest has defaults that fit it.

@@ -213,7 +213,7 @@ pub(super) const ENTRY: Entry = Entry {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contract::assert_total;
+    use super::super::contract::{assert_albedo, assert_sampled_exactly, assert_total};
     use super::*;
     use crate::math::sphere::direction;
 
@@ -229,6 +229,8 @@ mod tests {
             assert_total(&Plastic::new(eta, 0.9).unwrap());
         }
         assert_total(&Plastic::new(1.5, 0.0).unwrap().with_tint(0.0).unwrap());
+        assert_sampled_exactly(&plastic(), &[1.0, 0.2]);
+        assert_albedo(&plastic(), &[1.0, 0.2, 0.01], 1e-7);
     }
 
     #[test]

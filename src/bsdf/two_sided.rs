@@ -2,9 +2,12 @@
 
 use glam::DVec3;
 
+use super::catalog::{Entry, Example};
 use super::microfacet::Normals;
-use super::{Bsdf, BsdfSample, Lobes, Uniforms};
+use super::subject::ParamSpec;
+use super::{Bsdf, BsdfSample, Domain, Lobes, ParamError, Uniforms};
 use crate::math::color::Rgb;
+use crate::math::sphere::flip;
 
 /// A model seen from both sides: below the horizon, both directions are mirrored in the tangent plane.
 ///
@@ -24,7 +27,7 @@ impl<B: Bsdf> TwoSided<B> {
 
 /// `w` as seen from the side of `wo`.
 fn seen_from(wo: DVec3, w: DVec3) -> DVec3 {
-    if wo.z < 0.0 { DVec3::new(w.x, w.y, -w.z) } else { w }
+    if wo.z < 0.0 { flip(w) } else { w }
 }
 
 impl<B: Bsdf> Bsdf for TwoSided<B> {
@@ -58,11 +61,35 @@ impl<B: Bsdf> Bsdf for TwoSided<B> {
     }
 }
 
+pub(super) const ENTRY: Entry = Entry {
+    name: "two-sided",
+    summary: "a model of reflection on both sides of the surface",
+    params: &[ParamSpec::new("front", Domain::Subject, "what both sides look like")],
+    examples: &[
+        Example::lawful("two-sided:front=(ggx:alpha_x=0.1,alpha_y=0.4)"),
+        Example::lawful("two-sided:front=(plastic:rho=0.8)"),
+    ],
+    build: |args| {
+        let front = args.subject("front")?;
+        if front.lobes().contains(Lobes::TRANSMIT) {
+            let given = args.text("front")?.to_owned();
+            return Err(ParamError::new("two-sided", "front", given, "a model that does not transmit").into());
+        }
+        Ok(Box::new(TwoSided::new(front)))
+    },
+};
+
 #[cfg(test)]
 mod tests {
     use super::super::{Density, Phong, PhongNorm};
     use super::*;
     use crate::math::sphere::direction;
+
+    #[test]
+    fn glass_has_two_sides_of_its_own() {
+        let error = super::super::subject::parse("two-sided:front=(null)").unwrap_err().to_string();
+        assert_eq!(error, "two-sided: front = null is not allowed; allowed is a model that does not transmit");
+    }
 
     #[test]
     fn the_back_is_the_mirror_image_of_the_front() {

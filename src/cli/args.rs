@@ -127,7 +127,7 @@ pub(super) enum EffortArg {
 pub(super) struct AlbedoArgs {
     /// A model, or a file with one model
     pub(super) subject: String,
-    /// Cosines of the fixed direction, each in (0, 1]
+    /// Cosines of the fixed direction, each in [−1, 1] and not 0; negative ones lie below the surface, inside of glass
     #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = mu, required = true, allow_hyphen_values = true)]
     pub(super) mu: Vec<f64>,
     /// Azimuths of the fixed direction in degrees
@@ -208,7 +208,9 @@ pub(super) fn level(text: &str) -> Result<f64, String> {
 }
 
 fn mu(text: &str) -> Result<f64, String> {
-    number(text, "a number in (0, 1]", |x| x > 0.0 && x <= 1.0)
+    number(text, "a number in (0, 1], or in [-1, 0) for a model that is lit from below", |x| {
+        x.abs() > 0.0 && x.abs() <= 1.0
+    })
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
@@ -250,10 +252,10 @@ mod tests {
 
     #[test]
     fn numbers_outside_their_domain_are_refused() {
-        for text in ["0", "-0.1", "1.0000001", "NaN", "inf", "", "half"] {
+        for text in ["0", "-1.1", "1.0000001", "NaN", "inf", "", "half"] {
             assert!(mu(text).is_err(), "{text}");
         }
-        assert_eq!(mu("1"), Ok(1.0));
+        assert_eq!((mu("1"), mu("-0.5")), (Ok(1.0), Ok(-0.5)));
         assert_eq!(two_angles("-30, 1e2"), Ok([-30.0, 100.0]));
         assert!(two_angles("30").is_err() && two_angles("30,40,50").is_err() && two_angles("a,b").is_err());
         assert!(level("1").is_err() && level("0").is_err() && positive("0").is_err());

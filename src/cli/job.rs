@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::args::{AlbedoArgs, AlbedoFormat, EffortArg, EvalArgs, SampleArgs, SideArg, ValidateArgs};
 use super::subjects::{self, Subject};
 use crate::bsdf::subject::nearest_name;
-use crate::integrate::{Hemisphere, Side};
+use crate::integrate::{Hemisphere, Side, is_two_faced};
 use crate::math::sphere::direction;
 use crate::report::save::Target;
 use crate::validate::{CHECKS, Effort, Suite};
@@ -99,8 +99,12 @@ pub(super) struct Albedo {
 }
 
 pub(super) fn albedo(args: AlbedoArgs) -> anyhow::Result<Albedo> {
+    let subject = subjects::load_one(&args.subject)?;
+    if let Some(mu) = args.mu.iter().find(|&&mu| mu < 0.0 && !is_two_faced(&subject.bsdf)) {
+        bail!("--mu {mu}: {} is not lit from below; allowed is a number in (0, 1]", subject.name);
+    }
     Ok(Albedo {
-        subject: subjects::load_one(&args.subject)?,
+        subject,
         mu: args.mu,
         phi_deg: args.phi,
         side: match args.side {

@@ -67,7 +67,7 @@ impl Trial {
 }
 
 pub(super) fn run(out: &mut dyn Write) -> anyhow::Result<Status> {
-    let all: Vec<Any> = twins().iter().map(Any::Model).chain(broken::twins().iter().map(Any::Furnace)).collect();
+    let all: Vec<Any> = twins().into_iter().map(Any::Model).chain(broken::twins().iter().map(Any::Furnace)).collect();
     // Each trial has its own seeds, and `collect` keeps the order: the table does not depend on the threads.
     let bar = progress_bar(all.len(), "twins");
     let trials: Vec<Trial> = all.into_par_iter().map(Trial::of).inspect(|_| bar.inc(1)).collect();

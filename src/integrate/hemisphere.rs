@@ -1,7 +1,12 @@
-//! Deterministic integrals over the hemisphere that come with an error bound and say when they do not meet it.
+//! Deterministic integrals over directions that come with an error bound and say when they do not meet it.
+//!
+//! The sphere is two hemispheres (module `half`), and what follows is done in each where a model can be lit; Dirac lobes
+//! are added to albedos as they are found (module `dirac`).
 //!
 //! The integrand may have its lobe anywhere and of any width. Three charts are tried: polar angles about the normal
-//! (diffuse reflection), about the mirror direction (Phong-like lobes) and of the half vector (microfacet lobes). Each
+//! (diffuse reflection), about the mirror direction (Phong-like lobes) and of the half vector (microfacet lobes); for
+//! transmission, two about the refracted direction, or, where all is refracted by facets, two of the refracting normal.
+//! Each
 //! is shown every peak that any of them, or the model's own sampler, has come across, and refines around it; the chart
 //! with the smallest error is then refined to the tolerance, and another one until its value agrees. The error stated is
 //! the cubature's own bound plus the difference of the two charts, times a factor of safety. Where no two of the three agree, the result is marked
@@ -9,16 +14,18 @@
 //! itself, narrower than the charts' initial nodes, and never drawn by the model's sampler.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Add;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::bsdf::Bsdf;
-use crate::math::chart::Chart;
+use super::dirac::{DiracLobe, dirac_lobes, way_back};
+use super::half::Half;
+use crate::bsdf::{Bsdf, Density};
 use crate::math::color::Rgb;
 use crate::math::cubature::Mesh;
 use crate::math::quadrature::adaptive;
-use crate::math::sphere::{direction_mu, mirror, rotate_z};
+use crate::math::sphere::{direction_mu, rotate_z};
 use crate::sampling::stream::{stream, uniform, uniforms};
 
 /// How many draws of the model's sampler are shown to the charts as possible places of lobes.
@@ -62,12 +69,24 @@ pub struct Integral<T = Rgb> {
 }
 
 impl<T> Integral<T> {
-    fn map<U>(self, f: impl FnOnce(T) -> U) -> Integral<U> {
+    pub(crate) fn map<U>(self, f: impl FnOnce(T) -> U) -> Integral<U> {
         Integral { value: f(self.value), error: self.error, resolved: self.resolved, evals: self.evals }
     }
 }
 
-/// A deterministic integrator over the hemisphere.
+impl<T: Add<Output = T>> Integral<T> {
+    /// The sum of two, resolved if both are.
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            error: self.error + other.error,
+            resolved: self.resolved && other.resolved,
+            evals: self.evals + other.evals,
+        }
+    }
+}
+
+/// A deterministic integrator over the hemisphere, or over two of them where a model transmits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hemisphere {
     /// Largest allowed error: absolute below a value of 1, relative above.
@@ -88,22 +107,38 @@ impl Hemisphere {
         Self { tol, ..Self::default() }
     }
 
-    /// Directional albedo ∫ f |cos| dω over the free direction, with the direction `w` fixed.
+    /// Directional albedo ∫ f |cos| dω over the free direction, with the direction `w` fixed on either side: what is
+    /// reflected and what is transmitted, Dirac lobes included.
+    ///
+    /// With the light fixed it is the share of the beam's power that leaves, ∫ f(v, w) η_v²/η_w² |v.z| dv, for f that
+    /// carries L / η². The Dirac lobes by which it leaves are found from `w`, and their weights on the way back.
     pub fn albedo(&self, bsdf: &dyn Bsdf, side: Side, w: DVec3) -> Integral {
-        let f = |v: DVec3| {
-            let value = match side {
-                Side::Eye => bsdf.eval(w, v),
-                Side::Light => bsdf.eval(v, w),
+        let hints = hints(bsdf, w);
+        let index = |w: DVec3| if w.z < 0.0 { bsdf.eta() } else { 1.0 };
+        let mut total = Integral { value: dirac_albedo(bsdf, side, w), error: 0.0, resolved: true, evals: 0 };
+        for half in Half::all(bsdf, w) {
+            let f = |v: DVec3| {
+                let free = half.free(v);
+                let value = match side {
+                    Side::Eye => bsdf.eval(w, free),
+                    Side::Light => bsdf.eval(free, w) * (index(free) / index(w)).powi(2),
+                };
+                (value * v.z.abs()).to_array()
             };
-            (value * v.z.abs()).to_array()
-        };
-        self.integrate(w, &hints(bsdf, w), &f).map(Rgb::from)
+            total = total.plus(self.over(&half, &hints, &f).1.map(Rgb::from));
+        }
+        total
     }
 
-    /// ∫ pdf(wo, wi) dwi over the upper hemisphere: 1 less the probability of a lost draw.
+    /// ∫ pdf(wo, wi) dwi over the sphere: 1 less the probabilities of a lost draw and of Dirac lobes.
     pub fn pdf_mass(&self, bsdf: &dyn Bsdf, wo: DVec3) -> Integral<f64> {
-        let f = |wi: DVec3| [bsdf.pdf(wo, wi)];
-        self.integrate(wo, &hints(bsdf, wo), &f).map(|[mass]| mass)
+        let hints = hints(bsdf, wo);
+        let mut total = Integral { value: 0.0, error: 0.0, resolved: true, evals: 0 };
+        for half in Half::all(bsdf, wo) {
+            let f = |v: DVec3| [bsdf.pdf(wo, half.free(v))];
+            total = total.plus(self.over(&half, &hints, &f).1.map(|[mass]| mass));
+        }
+        total
     }
 
     /// Hemispherical average 2 ∫ a(μ) μ dμ of the albedo, over azimuth as well where the model is not isotropic.
@@ -162,18 +197,20 @@ impl Hemisphere {
         if w.z <= 0.0 {
             return Integral { value: [0.0; N], error: 0.0, resolved: true, evals: 0 };
         }
-        self.mesh(w, hints, f).1
+        self.over(&Half::reflected(w), hints, f).1
     }
 
-    /// The mesh on which ∫ f dω was found, for a fixed direction above the horizon, and the integral.
-    pub fn mesh<'a, const N: usize>(
+    /// ∫ f dω over one half, of an `f` of directions that are seen in it upright, and the mesh on which it was found.
+    /// `hints` are free directions as they are.
+    pub fn over<'a, const N: usize>(
         &self,
-        w: DVec3,
+        half: &Half,
         hints: &[DVec3],
         f: &'a dyn Fn(DVec3) -> [f64; N],
     ) -> (Mesh<'a, N>, Integral<[f64; N]>) {
-        let mut meshes = [Chart::half(w), Chart::about(mirror(w), w), Chart::upright(w)].map(|c| Mesh::new(c, f));
-        self.show_peaks(&mut meshes, hints, w, f);
+        let hints: Vec<DVec3> = hints.iter().filter_map(|&hint| half.seen(hint)).collect();
+        let mut meshes = half.charts(|v| largest(&f(v)) > 0.0).map(|c| Mesh::new(c, f));
+        self.show_peaks(&mut meshes, &hints, half, f);
         let mut agreement = f64::INFINITY;
         for _ in 0..ROUNDS {
             meshes.sort_by(|a, b| a.error().total_cmp(&b.error()));
@@ -235,13 +272,14 @@ impl Hemisphere {
         &self,
         meshes: &mut [Mesh<'_, N>],
         hints: &[DVec3],
-        w: DVec3,
+        half: &Half,
         f: &dyn Fn(DVec3) -> [f64; N],
     ) {
+        let w = half.fixed();
         // Layers along the horizon hide between its edge and the nodes next to it.
         let low = [0.1, 1e-2, 1e-3, 1e-4].into_iter().flat_map(|mu| [0.0, 0.5 * PI, PI].map(|turn| (mu, turn)));
         let azimuth = w.y.atan2(w.x);
-        let usual = [mirror(w), w, DVec3::Z].into_iter().chain(hints.iter().copied());
+        let usual = [half.centre(), w, DVec3::Z].into_iter().chain(hints.iter().copied());
         let usual = usual.chain(low.map(|(mu, turn)| direction_mu(mu, azimuth + turn)));
         let witnesses: Vec<(DVec3, f64)> = usual.map(|v| (v, largest(&f(v)))).collect();
         self.show(meshes, &witnesses);
@@ -293,11 +331,20 @@ fn largest<const N: usize>(values: &[f64; N]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
+/// What Dirac lobes add to the albedo.
+fn dirac_albedo(bsdf: &dyn Bsdf, side: Side, w: DVec3) -> Rgb {
+    let share = |lobe: &DiracLobe| match side {
+        Side::Eye => lobe.albedo(),
+        Side::Light => way_back(bsdf, w, lobe).map_or(Rgb::BLACK, |back| back.albedo()),
+    };
+    dirac_lobes(bsdf, w).iter().map(share).sum()
+}
+
 /// Directions in which the model's own sampler finds lobes.
 pub fn hints(bsdf: &dyn Bsdf, w: DVec3) -> Vec<DVec3> {
     let mut rng = stream(0, 0, 0);
     let draws = (0..HINT_DRAWS).filter_map(|_| bsdf.sample(w, uniforms(&mut rng)));
-    draws.map(|s| s.wi).filter(|wi| wi.is_finite() && wi.z > 0.0).collect()
+    draws.filter(|s| matches!(s.density, Density::SolidAngle(_))).map(|s| s.wi).filter(|wi| wi.is_finite()).collect()
 }
 
 /// Whether f depends on the two azimuths only through their difference, on 64 random pairs to 1 in 10⁶.

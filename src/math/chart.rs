@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::sphere::{basis, half_vector};
+use super::sphere::{basis, flip, half_vector};
 
 /// Zoom of the charts about a lobe: resolves angles from θmax down to about 2·10⁻⁵ θmax without any subdivision.
 const ZOOM: f64 = 14.0;
@@ -26,6 +26,8 @@ enum Kind {
     Half,
     /// The angle is between the normal and a microfacet normal visible from `wo`.
     VisibleNormal,
+    /// The angle is between the normal and the microfacet that refracts `wo` into the direction, mirrored upwards.
+    Refracted,
 }
 
 /// A coordinate system on the hemisphere above the surface.
@@ -37,6 +39,10 @@ pub struct Chart {
     wo: DVec3,
     zoom: f64,
     sinh_zoom: f64,
+    /// Equal parts into which φ is cut at first.
+    sectors: u32,
+    /// Index of the far side over the near side, of the chart of refracting normals.
+    eta: f64,
 }
 
 /// A ray of constant φ in a chart.
@@ -51,6 +57,7 @@ pub struct Row {
     limit: f64,
     zoom: f64,
     sinh_zoom: f64,
+    eta: f64,
 }
 
 /// The azimuth of `w` as a unit vector in the plane; +x where it has none.
@@ -66,7 +73,15 @@ impl Chart {
     /// Angles from the normal, evenly spaced; φ = 0 along the azimuth of `wo`. Fits diffuse reflection.
     pub fn upright(wo: DVec3) -> Self {
         let x = heading(wo);
-        Self { kind: Kind::Direction, axes: [x, DVec3::Z.cross(x), DVec3::Z], wo, zoom: 0.0, sinh_zoom: 0.0 }
+        Self {
+            kind: Kind::Direction,
+            axes: [x, DVec3::Z.cross(x), DVec3::Z],
+            wo,
+            zoom: 0.0,
+            sinh_zoom: 0.0,
+            sectors: 4,
+            eta: 1.0,
+        }
     }
 
     /// Angles from `pole`, zoomed towards it; φ = 0 ascends. Fits lobes about a direction, such as Phong's.
@@ -76,6 +91,13 @@ impl Chart {
         }
         let (s, t) = basis(pole);
         Self { kind: Kind::Direction, axes: [t, s, pole], ..Self::upright(wo) }.zoomed()
+    }
+
+    /// The same chart with its nodes elsewhere: zoomed less, and cut into other sectors. What one of the two overlooks, the
+    /// other need not.
+    pub fn recut(self) -> Self {
+        let zoom = 0.8 * self.zoom;
+        Self { zoom, sinh_zoom: zoom.sinh(), sectors: self.sectors + 1, ..self }
     }
 
     /// Angles of the half vector from the normal, zoomed; φ = 0 leans towards `wo`. Fits microfacet models.
@@ -89,6 +111,12 @@ impl Chart {
         Self { kind: Kind::VisibleNormal, ..Self::upright(wo) }.zoomed()
     }
 
+    /// Microfacet normals that refract `wo`, for the index `eta` ≠ 1 of the far side over the near side; directions are
+    /// seen mirrored upwards. Only what facets facing `wo` can refract is covered: fits rough glass and nothing else.
+    pub fn refracted(wo: DVec3, eta: f64) -> Self {
+        Self { kind: Kind::Refracted, eta, ..Self::upright(wo) }.zoomed()
+    }
+
     /// Polar angle of the chart's pole (of `wo`, for the charts of half vectors and normals) as (sin, cos).
     fn tilt(&self) -> (f64, f64) {
         let w = if self.kind == Kind::Direction { self.axes[2] } else { self.wo };
@@ -100,14 +128,20 @@ impl Chart {
         let (sin_tilt, cos_tilt) = self.tilt();
         let rise = sin_tilt * cos_phi;
         let delta = rise.atan2(cos_tilt);
+        let height = (rise * rise + cos_tilt * cos_tilt).sqrt();
         let limit = match self.kind {
             Kind::Direction => FRAC_PI_2 + delta,
             // wi.z = A cos(2θ − δ), since wi lies at twice the angle of the half vector, seen from −wo mirrored.
             Kind::Half => 0.5 * (FRAC_PI_2 + delta),
             // wo·m = A cos(θ − δ), and m.z > 0.
             Kind::VisibleNormal => FRAC_PI_2 + delta.min(0.0),
+            // Besides, wo·m is at least the cosine of the critical angle.
+            Kind::Refracted => {
+                let critical = ((1.0 - self.eta) * (1.0 + self.eta)).max(0.0).sqrt();
+                (FRAC_PI_2 + delta.min(0.0)).min(delta + (critical / height).min(1.0).acos()).max(0.0)
+            }
         };
-        ((rise * rise + cos_tilt * cos_tilt).sqrt(), limit)
+        (height, limit)
     }
 
     /// The ray at azimuth `phi`.
@@ -123,18 +157,25 @@ impl Chart {
             limit,
             zoom: self.zoom,
             sinh_zoom: self.sinh_zoom,
+            eta: self.eta,
         }
     }
 
     /// The coordinates (t, φ) of the direction `w`; t > 1 beyond the horizon.
     pub fn coordinates(&self, w: DVec3) -> DVec2 {
-        let v = if self.kind == Kind::Half { half_vector(self.wo, w) } else { w };
+        let v = match self.kind {
+            Kind::Half => half_vector(self.wo, w),
+            // Along the normal, wo + η wi has the sign of 1 − η.
+            Kind::Refracted => (1.0 - self.eta).signum() * (self.wo + self.eta * flip(w)),
+            Kind::Direction | Kind::VisibleNormal => w,
+        };
         let (x, y, z) = (v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]));
         let r = (x * x + y * y).sqrt();
         let phi = y.atan2(x);
         let phi = if phi < 0.0 { phi + TAU } else { phi };
         let (_, limit) = self.horizon(if r > 0.0 { x / r } else { 1.0 });
-        let part = r.atan2(z) / limit;
+        // Where nothing is refracted at this azimuth, everything lies beyond the edge.
+        let part = if limit > 0.0 { r.atan2(z) / limit } else { f64::INFINITY };
         let t = if self.zoom == 0.0 { part } else { (self.sinh_zoom * part).asinh() / self.zoom };
         DVec2::new(t, phi)
     }
@@ -148,7 +189,7 @@ impl Chart {
     pub fn breaks(&self) -> (Vec<f64>, Vec<f64>) {
         let left = self.wo.z.atan2(self.wo.x.hypot(self.wo.y)) / FRAC_PI_2;
         let grazing = left < 0.06;
-        let mut azimuths: Vec<f64> = (0..=4).map(|quarter| 0.25 * TAU * f64::from(quarter)).collect();
+        let mut azimuths: Vec<f64> = (0..=self.sectors).map(|i| TAU * f64::from(i) / f64::from(self.sectors)).collect();
         let radial = if self.zoom > 0.0 {
             if grazing {
                 // The horizon turns where the ray runs along it; lobes about a direction lie in the plane of incidence.
@@ -193,6 +234,18 @@ impl Row {
         match self.kind {
             Kind::VisibleNormal => (v, area),
             Kind::Direction => (DVec3::new(v.x, v.y, self.height * left.sin()), area),
+            Kind::Refracted => {
+                let c = self.wo.dot(v);
+                let root = ((self.eta - 1.0) * (self.eta + 1.0) + c * c).max(0.0).sqrt();
+                let along = c - root;
+                let wi = (along * v - self.wo) / self.eta;
+                // dwi/dm = |wo + η wi|² / (η² cosθi). Past an edge there is nothing.
+                if c > 0.0 && root > 0.0 && wi.z < 0.0 {
+                    (flip(wi), area * along * along / (self.eta * root))
+                } else {
+                    (DVec3::Z, 0.0)
+                }
+            }
             Kind::Half => {
                 let cos_d = self.wo.dot(v);
                 let wi = 2.0 * cos_d * v - self.wo;
@@ -210,8 +263,9 @@ mod tests {
     use proptest::prelude::*;
     use std::f64::consts::PI;
 
-    fn charts(wo: DVec3) -> [Chart; 4] {
-        [Chart::upright(wo), Chart::about(mirror(wo), wo), Chart::about(wo, wo), Chart::half(wo)]
+    fn charts(wo: DVec3) -> [Chart; 5] {
+        let about = Chart::about(mirror(wo), wo);
+        [Chart::upright(wo), about, about.recut(), Chart::about(wo, wo), Chart::half(wo)]
     }
 
     proptest! {
@@ -250,6 +304,37 @@ mod tests {
                 let total = adaptive(inner, &quarters, 1e-11, 100).value[0];
                 assert!((total - 2.0 * PI / 3.0).abs() < 1e-10, "{theta} {chart:?}: {total}");
             }
+        }
+    }
+
+    #[test]
+    fn refracting_normals_cover_what_they_can_refract() {
+        for (theta, eta) in [(0.0, 1.5), (0.9, 1.5), (1.4, 1.33), (0.3, 1.0 / 1.5), (0.6, 0.9)] {
+            let wo = direction(theta, 0.3);
+            let chart = Chart::refracted(wo, eta);
+            let mut covered = 0.0;
+            let sphere = Chart::upright(wo);
+            for i in 0..400 {
+                let row = sphere.row(TAU * (f64::from(i) + 0.5) / 400.0);
+                for k in 0..400 {
+                    let (w, area) = row.at((f64::from(k) + 0.5) / 400.0);
+                    let m = (1.0 - eta).signum() * (wo + eta * flip(w));
+                    if m.z > 0.0 && wo.dot(m) > 0.0 && flip(w).dot(m) < 0.0 {
+                        covered += area * TAU / 160_000.0;
+                        let p = chart.coordinates(w);
+                        let (back, _) = chart.row(p.y).at(p.x);
+                        assert!((back - w).length() < 1e-6, "{theta} {eta}: {w} came back as {back}");
+                    }
+                }
+            }
+            let (radial, sectors) = chart.breaks();
+            let inner = |phi: f64| {
+                let row = chart.row(phi);
+                adaptive(|t| [row.at(t).1], &radial, 1e-7, 100).value
+            };
+            let total = adaptive(inner, &sectors, 1e-6, 100).value[0];
+            // The grid of 160 000 cells is cut by the edge.
+            assert!((total - covered).abs() < 5e-3, "{theta} {eta}: {total} {covered}");
         }
     }
 

@@ -34,6 +34,25 @@ pub fn mirror(w: DVec3) -> DVec3 {
     DVec3::new(-w.x, -w.y, w.z)
 }
 
+/// `w` mirrored in the tangent plane: (x, y, −z).
+pub fn flip(w: DVec3) -> DVec3 {
+    DVec3::new(w.x, w.y, -w.z)
+}
+
+/// The direction into which light along `w` is refracted at the unit normal `m`, w·m ≥ 0, by Snell's law; `eta` is the
+/// index of the far side over that of the near side. Unit length; None for total internal reflection.
+///
+/// With c = w·m it is (c − √(η² − 1 + c²)) / η · m − w / η.
+pub fn refract(w: DVec3, m: DVec3, eta: f64) -> Option<DVec3> {
+    let c = w.dot(m);
+    // From η² − 1 and not from sin²: exact at grazing and for η next to 1.
+    let root2 = (eta - 1.0) * (eta + 1.0) + c * c;
+    if root2 < 0.0 {
+        return None;
+    }
+    ((c - root2.sqrt()) * m - w).try_normalize()
+}
+
 /// The normalised half vector of two directions; the normal where they cancel.
 pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
     (wo + wi).normalize_or(DVec3::Z)
@@ -82,5 +101,33 @@ mod tests {
     fn reflection_about_the_normal_is_the_mirror() {
         let w = direction(0.7, 1.1);
         assert_abs_diff_eq!(reflect(w, DVec3::Z), mirror(w), epsilon = 1e-16);
+    }
+
+    proptest! {
+        #[test]
+        fn snells_law_holds_and_the_way_back_is_the_same(theta in 0.0..1.57_f64, phi in 0.0..6.0_f64, eta in 0.4..2.5_f64) {
+            let m = direction(0.3, 2.0);
+            let wo = direction(theta, phi);
+            prop_assume!(wo.dot(m) > 1e-3);
+            let sine = wo.cross(m).length();
+            let Some(wi) = refract(wo, m, eta) else {
+                prop_assert!(sine / eta > 1.0 - 1e-12);
+                return Ok(());
+            };
+            // Tangential components: η of the far side times its sine. Rounding is divided by the small cosine next to
+            // the critical angle.
+            prop_assert!((wi.cross(m) * eta + wo.cross(m)).length() < 1e-14, "{wi}");
+            prop_assert!(wi.dot(m) <= 0.0 && (wi.length() - 1.0).abs() < 1e-15);
+            if wi.dot(m) < -1e-3 {
+                let back = refract(wi, -m, 1.0 / eta).unwrap();
+                prop_assert!((back - wo).length() < 1e-11, "{back} {wo}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_bends_where_indices_agree() {
+        let w = direction(1.5, 1.0);
+        assert!((refract(w, DVec3::Z, 1.0).unwrap() + w).length() < 1e-15);
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec3;
 
 use crate::bsdf::{Bsdf, Density};
-use crate::integrate::{Hemisphere, Side, is_isotropic};
+use crate::integrate::{Hemisphere, Integral, Side, hints, is_isotropic};
 use crate::math::color::Rgb;
 use crate::math::quadrature::{PAIR, adaptive};
 use crate::math::sphere::{basis, direction, mirror};
@@ -107,7 +107,8 @@ fn relative_gap(x: Rgb, y: Rgb) -> f64 {
 pub struct Histogram {
     /// Edges of the rings: angles from the mirror direction in radians, the first 0, ascending.
     pub edges: Vec<f64>,
-    /// Shares of the draws: one for each ring, then all farther out, then lost draws and those below the horizon.
+    /// Shares of the draws: one for each ring, then all farther out, then the others: lost draws, those below the
+    /// horizon, and those of Dirac lobes.
     pub sampled: Vec<f64>,
     /// The same according to the pdf.
     pub claimed: Vec<f64>,
@@ -144,14 +145,15 @@ pub fn histogram(bsdf: &dyn Bsdf, theta_o: f64, draws: u64, seed: u64) -> Histog
     }
     sampled[RINGS + 1] = 1.0 - angles.len() as f64 / draws as f64;
 
-    let mass = Hemisphere { tol: 1e-4, max_evals: 200_000 }.pdf_mass(bsdf, wo);
+    let quadrature = Hemisphere { tol: 1e-4, max_evals: 200_000 };
+    let Integral { value: [mass], resolved, .. } = quadrature.integrate(wo, &hints(bsdf, wo), &|wi| [bsdf.pdf(wo, wi)]);
     let mut claimed: Vec<f64> = edges.windows(2).map(|e| ring_mass(bsdf, wo, pole, e[0], e[1])).collect();
     let farther = ring_mass(bsdf, wo, pole, reach, PI);
     let sum = claimed.iter().sum::<f64>() + farther;
     claimed.push(farther);
-    claimed.push(1.0 - mass.value);
+    claimed.push(1.0 - mass);
     // 1 % of the whole is some three pixels of the tallest bar.
-    Histogram { edges, sampled, claimed, draws, resolved: mass.resolved && (sum - mass.value).abs() <= 0.01 }
+    Histogram { edges, sampled, claimed, draws, resolved: resolved && (sum - mass).abs() <= 0.01 }
 }
 
 /// ∫ pdf over the part above the horizon of the ring between two angles from `pole`.

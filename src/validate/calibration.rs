@@ -31,7 +31,7 @@ fn p_values(model: &dyn Bsdf, theta: f64, seeds: u64, draws_per_block: usize) ->
         .map(|seed| {
             let tally = Tally::draw(model, &claim, seed, 0, draws_per_block);
             let cells = chi2::Evidence::new(&claim, &tally);
-            let [first, second] = uniformity::p_values(&tally);
+            let [first, second] = uniformity::p_values(&tally.parts[0]);
             let [agreement, rate] = convergence::Evidence::new(model, wo, &tally).p_values();
             [cells.coarse, cells.fine, first, second, agreement, rate]
         })

@@ -1,12 +1,12 @@
-//! What a pdf claims about the samples from one direction: cells of known mass, and marginal cdfs.
+//! What a model claims about the samples from one direction: cells of known mass, and marginal cdfs.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::bsdf::Bsdf;
-use crate::integrate::{Hemisphere, Integral, hints};
+use crate::bsdf::{Bsdf, Density, Lobes};
+use crate::integrate::{DiracLobe, Half, Hemisphere, Integral, dirac_lobes, hints};
 use crate::math::cubature::{Leaf, Partition};
 use crate::math::quadrature::{NODES, PAIR};
 
@@ -25,51 +25,115 @@ const MAX_EVALS: u64 = 600_000;
 /// Error of the mass up to which it counts as known: far below the 1/√n of a million samples.
 const KNOWN: f64 = 1e-4;
 
-/// The distribution of samples that a pdf claims, given `wo`.
+/// Dirac draws no farther than this from a lobe belong to it.
+const NEAR: f64 = 1e-6;
+
+/// The distribution of samples that a model claims, given `wo`: cells of the pdf, and one for each Dirac lobe.
 #[derive(Debug)]
 pub(crate) struct Claim {
     pub(crate) wo: DVec3,
-    partition: Partition,
-    /// The claimed probability of a sample above the horizon, with its error bound.
+    /// The hemispheres in which the pdf claims anything.
+    parts: Vec<Part>,
+    dirac: Vec<DiracLobe>,
+    /// The claimed probability of a draw that is not lost, with its error bound.
     pub(crate) mass: Integral<f64>,
-    /// Fine cell of each cell of the partition.
-    fine_of: Vec<u32>,
-    /// Claimed mass of each fine cell.
+    /// Claimed mass of each fine cell; those of Dirac lobes come last.
     pub(crate) fine: Vec<f64>,
     /// Coarse cell of each fine cell.
     pub(crate) coarse_of: Vec<u32>,
-    /// Cdf of t and of φ among the samples that are not lost.
+}
+
+/// The claim of a pdf about one hemisphere.
+#[derive(Debug)]
+struct Part {
+    half: Half,
+    partition: Partition,
+    /// Fine cell of each cell of the partition.
+    fine_of: Vec<u32>,
+    /// Cdf of t and of φ among the samples in this hemisphere.
     marginals: [Cdf; 2],
 }
 
+/// Where a draw falls.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Place {
+    /// In a cell of the pdf: the cell, the number of the hemisphere, and the probability integral transform of the two
+    /// coordinates.
+    Smooth(usize, usize, [f64; 2]),
+    /// In a Dirac lobe: its cell, and the lobe.
+    Dirac(usize, DiracLobe),
+}
+
 impl Claim {
-    /// Integrates `bsdf.pdf(wo, ·)`.
+    /// Integrates `bsdf.pdf(wo, ·)` and looks for Dirac lobes.
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3) -> Self {
-        let pdf = |wi: DVec3| [bsdf.pdf(wo, wi)];
-        let quadrature = Hemisphere { tol: 8e-5, max_evals: MAX_EVALS };
-        let (mut mesh, integral) = quadrature.mesh(wo, &hints(bsdf, wo), &pdf);
-        mesh.split_heavier_than(0.5 / FINE_CELLS as f64, mesh.evals() + 2 * MAX_EVALS);
-        let leaves = mesh.leaves();
-        let partition = mesh.partition().clone();
-
-        let (groups, fine) = group(leaves.iter().map(|(_, leaf)| leaf.mass), 1.0 / FINE_CELLS as f64);
-        let (coarse_of, _) = group(fine.iter().copied(), 1.0 / COARSE_CELLS as f64);
-        let mut fine_of = vec![0; leaves.len()];
-        for ((cell, _), group) in leaves.iter().zip(groups) {
-            fine_of[*cell] = group;
+        // The edge of total internal reflection is a crease that no chart follows.
+        let creased = bsdf.lobes().contains(Lobes::TRANSMIT);
+        let quadrature = Hemisphere { tol: 8e-5, max_evals: if creased { 6 * MAX_EVALS } else { MAX_EVALS } };
+        let hints = hints(bsdf, wo);
+        let dirac = dirac_lobes(bsdf, wo);
+        let mut mass = Integral { value: 0.0, error: 0.0, resolved: true, evals: 0 };
+        let (mut parts, mut fine, mut coarse_of): (Vec<Part>, Vec<f64>, Vec<u32>) = Default::default();
+        for half in Half::all(bsdf, wo) {
+            let pdf = |v: DVec3| [bsdf.pdf(wo, half.free(v))];
+            let (mut mesh, integral) = quadrature.over(&half, &hints, &pdf);
+            let [value] = integral.value;
+            mass = mass.plus(integral.map(|_| value));
+            if value == 0.0 {
+                continue;
+            }
+            mesh.split_heavier_than(0.5 / FINE_CELLS as f64, mesh.evals() + 2 * MAX_EVALS);
+            let leaves = mesh.leaves();
+            let partition = mesh.partition().clone();
+            let (groups, masses) = group(leaves.iter().map(|(_, leaf)| leaf.mass), 1.0 / FINE_CELLS as f64);
+            let (coarse, _) = group(masses.iter().copied(), 1.0 / COARSE_CELLS as f64);
+            let mut fine_of = vec![0; leaves.len()];
+            for ((cell, _), group) in leaves.iter().zip(groups) {
+                fine_of[*cell] = fine.len() as u32 + group;
+            }
+            let first = next(&coarse_of);
+            coarse_of.extend(coarse.iter().map(|cell| first + cell));
+            fine.extend(masses);
+            let marginals = Cdf::marginals(&|v| bsdf.pdf(wo, half.free(v)), &partition, &leaves);
+            parts.push(Part { half, partition, fine_of, marginals });
         }
-        let marginals = Cdf::marginals(bsdf, wo, &partition, &leaves);
-        let [value] = integral.value;
-        let mass = Integral { value, error: integral.error, resolved: integral.error <= KNOWN, evals: integral.evals };
-        Self { wo, partition, mass, fine_of, fine, coarse_of, marginals }
+        for lobe in &dirac {
+            coarse_of.push(next(&coarse_of));
+            fine.push(lobe.probability);
+            mass.value += lobe.probability;
+        }
+        mass.resolved = mass.error <= KNOWN;
+        Self { wo, parts, dirac, mass, fine, coarse_of }
     }
 
-    /// The fine cell of `wi`, and the probability integral transform of its two coordinates.
-    pub(crate) fn place(&self, wi: DVec3) -> (usize, [f64; 2]) {
-        let p = self.partition.chart().coordinates(wi);
-        let cell = self.fine_of[self.partition.locate(p)] as usize;
-        (cell, [self.marginals[0].at(p.x), self.marginals[1].at(p.y / TAU)])
+    /// The number of hemispheres in which the pdf claims anything.
+    pub(crate) fn parts(&self) -> usize {
+        self.parts.len()
     }
+
+    /// Whether all that is claimed is Dirac lobes.
+    pub(crate) fn is_discrete(&self) -> bool {
+        self.parts.is_empty() && !self.dirac.is_empty()
+    }
+
+    /// Where the draw `wi` belongs; None where nothing of its kind is claimed.
+    pub(crate) fn place(&self, wi: DVec3, density: Density) -> Option<Place> {
+        if matches!(density, Density::Dirac(_)) {
+            let nearest = self.dirac.iter().position(|lobe| (lobe.wi - wi).length() <= NEAR)?;
+            return Some(Place::Dirac(self.fine.len() - self.dirac.len() + nearest, self.dirac[nearest]));
+        }
+        let seen = |(i, part): (usize, &Part)| part.half.seen(wi).map(|v| (i, v));
+        let (index, v) = self.parts.iter().enumerate().find_map(seen)?;
+        let part = &self.parts[index];
+        let p = part.partition.chart().coordinates(v);
+        let cell = part.fine_of[part.partition.locate(p)] as usize;
+        Some(Place::Smooth(cell, index, [part.marginals[0].at(p.x), part.marginals[1].at(p.y / TAU)]))
+    }
+}
+
+/// The number after the last of these.
+fn next(numbers: &[u32]) -> u32 {
+    numbers.last().map_or(0, |last| last + 1)
 }
 
 /// Gathers consecutive masses into groups of at least `target`; what is left over at the end joins the last group.
@@ -112,8 +176,8 @@ impl Cdf {
     ///
     /// Each leaf's marginal densities are expanded in Legendre polynomials, whose integrals are again Legendre
     /// polynomials, so that the values at the knots have the accuracy of the cubature.
-    fn marginals(bsdf: &dyn Bsdf, wo: DVec3, partition: &Partition, leaves: &[(usize, Leaf)]) -> [Self; 2] {
-        let expand = |leaf: &Leaf| expansions(bsdf, wo, partition, leaf);
+    fn marginals(pdf: &(dyn Fn(DVec3) -> f64 + Sync), partition: &Partition, leaves: &[(usize, Leaf)]) -> [Self; 2] {
+        let expand = |leaf: &Leaf| expansions(pdf, partition, leaf);
         let expansions: Vec<[[f64; DEGREE + 1]; 2]> = leaves.par_iter().map(|(_, leaf)| expand(leaf)).collect();
         [0, 1].map(|axis| {
             let scale = if axis == 0 { 1.0 } else { TAU };
@@ -178,7 +242,7 @@ fn knots(spans: &[(f64, f64)]) -> Vec<f64> {
 
 /// Legendre coefficients of a leaf's marginal densities in t and in φ over the leaf, scaled so that the constant
 /// coefficient is the leaf's mass.
-fn expansions(bsdf: &dyn Bsdf, wo: DVec3, partition: &Partition, leaf: &Leaf) -> [[f64; DEGREE + 1]; 2] {
+fn expansions(pdf: &dyn Fn(DVec3) -> f64, partition: &Partition, leaf: &Leaf) -> [[f64; DEGREE + 1]; 2] {
     let size: DVec2 = leaf.hi - leaf.lo;
     let area = size.element_product();
     let mut densities = [[0.0; NODES]; 2];
@@ -186,7 +250,7 @@ fn expansions(bsdf: &dyn Bsdf, wo: DVec3, partition: &Partition, leaf: &Leaf) ->
         let row = partition.chart().row(leaf.lo.y + size.y * p.x);
         for (i, t) in PAIR.iter().enumerate() {
             let (wi, jacobian) = row.at(leaf.lo.x + size.x * t.x);
-            let density = bsdf.pdf(wo, wi) * jacobian * area;
+            let density = pdf(wi) * jacobian * area;
             densities[0][i] += p.kronrod * density;
             densities[1][j] += t.kronrod * density;
         }
@@ -246,7 +310,10 @@ mod tests {
         assert!((claim.fine.iter().sum::<f64>() - 1.0).abs() < 1e-9);
         assert!(claim.fine.iter().all(|m| (0.9..2.5).contains(&(m * FINE_CELLS as f64))));
         for theta in [0.1_f64, 0.6, 1.3] {
-            let (_, [u, v]) = claim.place(direction(theta, 0.25 * TAU));
+            let Some(Place::Smooth(_, 0, [u, v])) = claim.place(direction(theta, 0.25 * TAU), Density::SolidAngle(1.0))
+            else {
+                panic!("above the horizon")
+            };
             // The cdf of θ under cosθ/π is sin²θ, and azimuth is uniform. What matters is an error far below the
             // 10⁻³ that a million samples resolve.
             assert!((u - theta.sin().powi(2)).abs() < 2e-5 && (v - 0.25).abs() < 1e-9, "{theta}: {u} {v}");

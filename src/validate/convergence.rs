@@ -9,13 +9,17 @@ use super::check::{Check, Outcome};
 use super::claim::Claim;
 use super::draws::{REPLICATES, SHORTEST, Tally};
 use super::power::{POWER, normal_upper, smallest};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Lobes};
 use crate::integrate::{Estimate, Hemisphere, Integral, RateFit, RatePoint, Side, fit_rate, trigamma};
 use crate::math::sum::Moments;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// −ln of the probability with which an event that n draws did not show is still this much more likely than 1/n.
 const UNSEEN: f64 = 14.0;
+/// Tolerance of the quadrature that sampling is compared with.
+const FINEST: f64 = 8e-7;
+/// Share of the standard error that the quadrature may be off where it is dear.
+const NEEDED: f64 = 0.05;
 /// Share of the sum above which a single sample makes an estimate untrustworthy.
 const LARGEST_SHARE: f64 = 0.05;
 /// Excess kurtosis above which its growth is looked at; bounded weights stay far below.
@@ -45,14 +49,17 @@ pub(crate) struct Evidence {
 
 impl Evidence {
     pub(crate) fn new(bsdf: &dyn Bsdf, wo: DVec3, tally: &Tally) -> Self {
-        let albedo = Hemisphere::with_tol(8e-7).albedo(bsdf, Side::Eye, wo);
+        let estimate = Estimate::from(&tally.weights);
+        // What is transmitted through facets ends at edges that no chart follows: no better than the draws need it.
+        let transmits = bsdf.lobes().contains(Lobes::TRANSMIT);
+        let tol = if transmits { (NEEDED * estimate.std_err).max(FINEST) } else { FINEST };
+        let albedo = Hemisphere::with_tol(tol).albedo(bsdf, Side::Eye, wo);
         let exact = Integral {
             value: albedo.value.mean(),
             error: albedo.error,
             resolved: albedo.resolved,
             evals: albedo.evals,
         };
-        let estimate = Estimate::from(&tally.weights);
         let mut slack = exact.error + 1e-9 * exact.value.abs();
         if is_certain(&estimate) {
             slack += unseen(&estimate);

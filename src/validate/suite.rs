@@ -12,8 +12,8 @@ use super::energy::Grid;
 use super::power::holm;
 use super::{chi2, consistency, convergence, energy, furnace, laws, mass, uniformity};
 use crate::bsdf::Bsdf;
-use crate::integrate::Side;
-use crate::math::sphere::direction;
+use crate::integrate::{Side, is_two_faced};
+use crate::math::sphere::{direction, flip};
 use crate::sampling::stream::{stream, uniform};
 
 /// Every check by name, with what it asks, in the order of the sheet.
@@ -126,10 +126,15 @@ impl Suite {
         let sampled = statistical.iter().any(|name| wanted(name)) || wanted("weight");
         let runs = if sampled { self.draw(bsdf, &plan) } else { Vec::new() };
 
+        let has_object = |name: &str| match name {
+            "weak_white_furnace" => bsdf.normals().is_some(),
+            "uniformity" => !runs.iter().all(|(claim, _)| claim.is_discrete()),
+            _ => true,
+        };
         let mut checks = Vec::new();
         for &(name, _) in CHECKS {
             // On the full sheet, a check that has no object is left out; asked for by name, it says so.
-            if !wanted(name) || (name == "weak_white_furnace" && self.only.is_empty() && bsdf.normals().is_none()) {
+            if !wanted(name) || (self.only.is_empty() && !has_object(name)) {
                 continue;
             }
             checks.push(match name {
@@ -155,14 +160,19 @@ impl Suite {
         Sheet { subject, checks, seed: self.seed, level: self.level }
     }
 
-    /// Claims and draws from the plan's directions, each turned to a random azimuth and nudged by up to a degree.
+    /// Claims and draws from the plan's directions, each turned to a random azimuth and nudged by up to a degree, and
+    /// from below too where there is light.
     fn draw(&self, bsdf: &dyn Bsdf, plan: &Plan) -> Vec<(Claim, Tally)> {
         let mut rng = stream(self.seed, 10, 0);
-        let views: Vec<DVec3> = plan
+        let mut views: Vec<DVec3> = plan
             .views
             .iter()
             .map(|degrees| direction((degrees + uniform(&mut rng)).to_radians(), TAU * uniform(&mut rng)))
             .collect();
+        if is_two_faced(bsdf) {
+            let below: Vec<DVec3> = views.iter().map(|view| flip(*view)).collect();
+            views.extend(below);
+        }
         views
             .into_par_iter()
             .enumerate()

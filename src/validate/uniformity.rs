@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use super::check::{Check, Outcome};
 use super::claim::Claim;
-use super::draws::{MOMENTS, Tally};
+use super::draws::{MOMENTS, PartTally, Tally};
 use super::power::{chi_square_p, detectable_noncentrality, smallest};
 
 /// The statistic of one transform: χ² with [`MOMENTS`] degrees of freedom if it is uniform.
@@ -20,12 +20,12 @@ fn statistic(moments: &[f64; MOMENTS], n: u64) -> f64 {
     moments.iter().map(|m| m * m).sum::<f64>() / n as f64
 }
 
-/// p-values of the two transforms of one direction; 1 where nothing was sampled.
-pub(crate) fn p_values(tally: &Tally) -> [f64; 2] {
-    if tally.kept() == 0 {
+/// p-values of both transforms of the samples in one hemisphere; 1 where nothing was sampled.
+pub(crate) fn p_values(part: &PartTally) -> [f64; 2] {
+    if part.n == 0 {
         return [1.0; 2];
     }
-    tally.moments.map(|moments| chi_square_p(statistic(&moments, tally.kept()), MOMENTS))
+    part.moments.map(|moments| chi_square_p(statistic(&moments, part.n), MOMENTS))
 }
 
 /// The check over several directions.
@@ -34,17 +34,18 @@ pub(crate) fn check(runs: &[(Claim, Tally)], level: f64) -> Check {
     if let Some((claim, _)) = runs.iter().find(|(claim, _)| !claim.mass.resolved) {
         return check.inconclusive(claim.wo, "the pdf could not be integrated, so it has no known cdf");
     }
-    if runs.iter().all(|(_, tally)| tally.kept() == 0) {
-        return check.inconclusive_here("nothing was sampled: every draw was lost or below the horizon");
+    if runs.iter().all(|(claim, _)| claim.is_discrete()) {
+        return check.inconclusive_here("all lobes are Dirac lobes: there is no cdf to transform samples with");
     }
-    let all: Vec<[f64; 2]> = runs.iter().map(|(_, tally)| p_values(tally)).collect();
-    check.p_value = Some(smallest(all.iter().flatten().copied()));
+    let parts = runs.iter().flat_map(|run| run.1.parts.iter().map(move |part| (run, part, p_values(part))));
+    let all: Vec<(&(Claim, Tally), &PartTally, [f64; 2])> = parts.filter(|(_, part, _)| part.n > 0).collect();
     let least = |p: &[f64; 2]| p[0].min(p[1]);
-    let Some((p, (claim, tally))) = all.iter().zip(runs).min_by(|a, b| least(a.0).total_cmp(&least(b.0))) else {
-        return check;
+    let Some(((claim, tally), part, p)) = all.iter().min_by(|a, b| least(&a.2).total_cmp(&least(&b.2))) else {
+        return check.inconclusive_here("nothing was sampled: every draw was lost or below the horizon");
     };
     let axis = usize::from(p[1] < p[0]);
-    check.statistic = statistic(&tally.moments[axis], tally.kept().max(1));
+    check.p_value = Some(smallest(all.iter().flat_map(|(.., p)| p.iter().copied())));
+    check.statistic = statistic(&part.moments[axis], part.n);
     check.worst = Some((claim.wo, claim.wo));
     check.outcome = Outcome::Pass;
     let bar = level / (2 * all.len()) as f64;
@@ -58,7 +59,7 @@ pub(crate) fn check(runs: &[(Claim, Tally)], level: f64) -> Check {
     check.detail = format!(
         "{} samples from each of {} directions, smallest p = {:.3}, for the {what} seen from {:.1} degrees",
         tally.n,
-        all.len(),
+        runs.len(),
         p[axis],
         claim.wo.z.clamp(-1.0, 1.0).acos() * 180.0 / PI
     );

@@ -11,8 +11,10 @@
 #![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::kernel::Lanes;
+use super::build::Tree;
+use super::kernel::{Lanes, in_huge_pages};
 use crate::scene::ray::Ray;
 
 /// The vertices of one triangle, and its number: x of the three, y, z, and the number in the low bits of something near 1.
@@ -34,9 +36,23 @@ impl Corners {
         [DVec3::new(v[0], v[3], v[6]), DVec3::new(v[1], v[4], v[7]), DVec3::new(v[2], v[5], v[8])]
     }
 
+    /// Of all triangles of a tree, in its order.
+    pub(super) fn of_tree(tree: &Tree, vertices: impl Fn(u32) -> [DVec3; 3] + Sync) -> Vec<Self> {
+        let mut corners = in_huge_pages(tree.items.len());
+        let of_item = tree.items.par_iter().map(|item| Self::new(vertices(item.index()), item.index()));
+        of_item.collect_into_vec(&mut corners);
+        corners
+    }
+
+    /// A coordinate of the three vertices.
+    #[inline(always)]
+    pub(super) fn row<S: Lanes>(&self, s: S, axis: usize) -> S::D {
+        s.quad_load(&self.0[3 * axis..][..4])
+    }
+
     /// The triangle's index among those that the tree was built of.
     #[inline(always)]
-    fn triangle(&self) -> u32 {
+    pub(super) fn triangle(&self) -> u32 {
         self.0[9].to_bits() as u32
     }
 }
@@ -59,6 +75,22 @@ impl TriangleHit {
     #[inline(always)]
     pub(super) fn before(&self, other: &Self) -> bool {
         self.t < other.t || (self.t == other.t && self.triangle < other.triangle)
+    }
+}
+
+/// A [`TriangleHit`] without its triangle.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) t: f64,
+    b1: f64,
+    b2: f64,
+}
+
+impl Place {
+    /// The hit of a triangle.
+    #[inline(always)]
+    pub(super) fn of(self, triangle: u32) -> TriangleHit {
+        TriangleHit { t: self.t, triangle, b1: self.b1, b2: self.b2 }
     }
 }
 
@@ -88,13 +120,12 @@ impl<S: Lanes> Shear<S> {
         }
     }
 
-    /// The hit with 0 < t < `t_max`. No product here may be fused, or the signs at a shared edge would differ.
+    /// The hit with 0 < t < `t_max` of the triangle whose vertices have the coordinates `row(axis)`. No product here may be fused, or the signs at a shared edge would differ.
     #[inline(always)]
-    pub(super) fn hit(&self, s: S, corners: &Corners, t_max: f64) -> Option<TriangleHit> {
-        let row = |k: usize| s.quad_load(&corners.0[3 * self.axes[k]..][..4]);
-        let z = s.quad_sub(row(2), self.origin[2]);
-        let x = s.quad_sub(s.quad_sub(row(0), self.origin[0]), s.quad_mul(self.slope[0], z));
-        let y = s.quad_sub(s.quad_sub(row(1), self.origin[1]), s.quad_mul(self.slope[1], z));
+    pub(super) fn hit(&self, s: S, row: impl Fn(usize) -> S::D, t_max: f64) -> Option<Place> {
+        let z = s.quad_sub(row(self.axes[2]), self.origin[2]);
+        let x = s.quad_sub(s.quad_sub(row(self.axes[0]), self.origin[0]), s.quad_mul(self.slope[0], z));
+        let y = s.quad_sub(s.quad_sub(row(self.axes[1]), self.origin[1]), s.quad_mul(self.slope[1], z));
         // The edge from the third vertex to the second, from the first to the third, from the second to the first.
         let edges = s.quad_sub(
             s.quad_mul(s.quad_turn_twice(x), s.quad_turn(y)),
@@ -107,7 +138,7 @@ impl<S: Lanes> Shear<S> {
         let weights = s.quad_div(edges, det);
         let t = s.quad_first(s.quad_sum(s.quad_mul(weights, z))) * self.per_depth;
         let [_, b1, b2, _] = s.quad_array(weights);
-        (t > 0.0 && t < t_max).then_some(TriangleHit { t, triangle: corners.triangle(), b1, b2 })
+        (t > 0.0 && t < t_max).then_some(Place { t, b1, b2 })
     }
 }
 
@@ -118,7 +149,8 @@ pub(super) fn hit(ray: &Ray, v: [DVec3; 3], triangle: u32) -> Option<TriangleHit
     impl super::kernel::Task for One<'_> {
         type Output = Option<TriangleHit>;
         fn run<N: Lanes, W: Lanes>(self, s: N, _: W) -> Option<TriangleHit> {
-            Shear::new(s, self.0).hit(s, &self.1, self.0.t_max)
+            let place = Shear::new(s, self.0).hit(s, |axis| self.1.row(s, axis), self.0.t_max)?;
+            Some(place.of(self.1.triangle()))
         }
     }
     super::kernel::Level::PORTABLE.run(One(ray, Corners::new(v, triangle)))

@@ -6,9 +6,10 @@
 
 use glam::DVec3;
 
+use super::build::Tree;
 use super::exact::{Corners, Shear, TriangleHit};
 use super::kernel::Lanes;
-use super::node::{Probe, Tested, load3, longest_edge};
+use super::probe::{Probe, Tested, load3, longest_edge};
 use super::query::{Frame, Query, Twist, up};
 use crate::scene::ray::Ray;
 
@@ -31,15 +32,17 @@ struct Batch {
 #[derive(Clone, Debug)]
 pub(super) struct Few {
     batches: Vec<Batch>,
+    corners: Vec<Corners>,
 }
 
 impl Few {
-    /// Of triangles in the tree's coordinates; None if they are too many, or none at all.
-    pub(super) fn new(triangles: impl ExactSizeIterator<Item = [DVec3; 3]>) -> Option<Self> {
-        if triangles.len() == 0 || triangles.len() > MOST * LANES {
+    /// None if they are too many.
+    pub(super) fn new(tree: &Tree, frame: &Frame, vertices: impl Fn(u32) -> [DVec3; 3] + Sync) -> Option<Self> {
+        if tree.items.len() > MOST * LANES {
             return None;
         }
-        let triangles: Vec<[DVec3; 3]> = triangles.collect();
+        let corners = Corners::of_tree(tree, vertices);
+        let triangles: Vec<[DVec3; 3]> = corners.iter().map(|t| t.vertices().map(|v| frame.enter(v))).collect();
         let batch = |triangles: &[[DVec3; 3]]| {
             let mut rows = [[[f32::NAN; LANES]; 3]; 4];
             for (lane, v) in triangles.iter().enumerate() {
@@ -50,25 +53,19 @@ impl Few {
                     }
                 }
             }
-            Batch { rows, longest: longest_edge(triangles) }
+            Batch { rows, longest: longest_edge(triangles, 1.0) }
         };
-        Some(Self { batches: triangles.chunks(LANES).map(batch).collect() })
+        Some(Self { batches: triangles.chunks(LANES).map(batch).collect(), corners })
     }
 
     /// What they occupy.
     pub(super) fn memory_bytes(&self) -> usize {
-        self.batches.capacity() * size_of::<Batch>()
+        self.batches.capacity() * size_of::<Batch>() + self.corners.capacity() * size_of::<Corners>()
     }
 
     /// The nearest hit.
     #[inline(always)]
-    pub(super) fn closest<T: Twist, S: Lanes>(
-        &self,
-        s: S,
-        corners: &[Corners],
-        frame: &Frame,
-        ray: &Ray,
-    ) -> Option<TriangleHit> {
+    pub(super) fn closest<T: Twist, S: Lanes>(&self, s: S, frame: &Frame, ray: &Ray) -> Option<TriangleHit> {
         let query = Query::new::<T>(s, frame, ray)?;
         let probe = Probe::new(s, &query);
         let reach = s.splat(query.reach);
@@ -91,14 +88,18 @@ impl Few {
         }
         let shear = Shear::new(s, ray);
         let mut best: Option<TriangleHit> = None;
-        let mut next = (candidates & bounds.within(s, s.least(least), self.batches.len())).trailing_zeros();
+        let nearest = candidates & bounds.within(s, s.least(least), self.batches.len());
+        // No bound is NaN as long as there is slack; without, all are asked.
+        let mut next = if nearest == 0 { candidates } else { nearest }.trailing_zeros();
         loop {
             candidates &= !(1 << next);
-            if let Some(hit) = shear.hit(s, &corners[next as usize], ray.t_max)
-                && best.as_ref().is_none_or(|best| hit.before(best))
-            {
-                candidates &= bounds.within(s, up(hit.t * frame.scale), self.batches.len());
-                best = Some(hit);
+            let corners = &self.corners[next as usize];
+            if let Some(place) = shear.hit(s, |axis| corners.row(s, axis), ray.t_max) {
+                let hit = place.of(corners.triangle());
+                if best.as_ref().is_none_or(|best| hit.before(best)) {
+                    candidates &= bounds.within(s, up(hit.t * frame.scale), self.batches.len());
+                    best = Some(hit);
+                }
             }
             if candidates == 0 {
                 return best;
@@ -109,7 +110,7 @@ impl Few {
 
     /// Whether there is a hit.
     #[inline(always)]
-    pub(super) fn occluded<T: Twist, S: Lanes>(&self, s: S, corners: &[Corners], frame: &Frame, ray: &Ray) -> bool {
+    pub(super) fn occluded<T: Twist, S: Lanes>(&self, s: S, frame: &Frame, ray: &Ray) -> bool {
         let Some(query) = Query::new::<T>(s, frame, ray) else { return false };
         let probe = Probe::new(s, &query);
         let reach = s.splat(query.reach);
@@ -128,7 +129,8 @@ impl Few {
         while candidates != 0 {
             let next = candidates.trailing_zeros();
             candidates &= candidates - 1;
-            if shear.hit(s, &corners[next as usize], ray.t_max).is_some() {
+            let corners = &self.corners[next as usize];
+            if shear.hit(s, |axis| corners.row(s, axis), ray.t_max).is_some() {
                 return true;
             }
         }
@@ -142,7 +144,7 @@ impl Batch {
     fn test<S: Lanes>(&self, s: S, probe: &Probe<S>, from: usize) -> Tested<S> {
         let [v0, e1, e2, n] = &self.rows;
         let (v0, e1, e2, n) = (load3(s, v0, from), load3(s, e1, from), load3(s, e2, from), load3(s, n, from));
-        probe.test(s, v0, e1, e2, n, self.longest)
+        probe.test(s, probe.see(s, v0), e1, e2, n, self.longest)
     }
 }
 

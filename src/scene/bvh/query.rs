@@ -51,8 +51,11 @@ const UP: f64 = 4.0 * EPS;
 /// sign of D is taken out, and by the same token T ≥ −s E and T ≤ D t + s E for t ≤ 2.2 M. Beyond the slack on the other
 /// side, a hit is certain.
 pub(super) struct Query<S: Lanes> {
-    origin: S::D,
-    dir: S::D,
+    /// The ray's origin as it came.
+    pub(super) world: S::D,
+    /// The same in the tree's coordinates.
+    pub(super) origin: S::D,
+    pub(super) dir: S::D,
     /// |o|₁
     size: f64,
     /// Slack of U, V, W for each unit of the longest edge.
@@ -102,30 +105,20 @@ impl<S: Lanes> Query<S> {
     /// The length of the direction must lie in [0.9, 1.1].
     #[inline(always)]
     pub(super) fn new<T: Twist>(s: S, frame: &Frame, ray: &Ray) -> Option<Self> {
-        let origin = s.quad_sub(s.quad_of(&ray.origin), s.quad_load(&frame.centre));
+        let world = s.quad_of(&ray.origin);
+        let origin = s.quad_sub(world, s.quad_load(&frame.centre));
         let origin = s.quad_mul(origin, s.quad_splat(frame.scale));
         let size = s.quad_first(s.quad_sum(s.quad_copysign(origin, s.quad_splat(1.0))));
         // The corners of the unit cube have |v| ≤ √3.
         let far = size + 1.7321;
         (size <= FARTHEST && ray.t_max > 0.0).then(|| Self {
+            world,
             origin,
             dir: s.quad_of(&ray.dir),
             size,
             slack: (T::TRIANGLES * 80.0 * EPS * far) as f32,
             reach: up((ray.t_max * frame.scale).min(1.2 * far)),
         })
-    }
-
-    /// The origin, rounded.
-    #[inline(always)]
-    pub(super) fn origin(&self, s: S) -> [S::F; 3] {
-        s.spread(s.narrow(self.origin))
-    }
-
-    /// The direction, rounded.
-    #[inline(always)]
-    pub(super) fn dir(&self, s: S) -> [S::F; 3] {
-        s.spread(s.narrow(self.dir))
     }
 
     /// The part for boxes.

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 
 use super::aabb::Aabb;
 use super::build::{Item, Tree};
-use super::exact::{Corners, Shear, TriangleHit};
+use super::exact::{Place, Shear, TriangleHit};
 use super::few::Few;
-use super::kernel::{Lanes, Level, Task, in_huge_pages};
-use super::node::{Beam, Block, LEAF, Node, Probe, WIDTH};
+use super::kernel::{Lanes, Level, Task};
+use super::leaves::{Exact, Leaves, Rounded};
+use super::node::{Beam, Node, WIDTH};
 use super::query::{Frame, Query, Straight, Twist, up};
 use super::walk;
 use crate::scene::ray::Ray;
@@ -29,11 +30,16 @@ pub struct TriangleBvh {
     frame: Frame,
     bounds: Aabb,
     nodes: Vec<Node>,
-    blocks: Vec<Block>,
-    corners: Vec<Corners>,
     root: Option<u32>,
-    /// All triangles once more, if they are few.
-    few: Option<Few>,
+    leaves: Kind,
+}
+
+/// What is below the tree's nodes, or instead of them.
+#[derive(Clone, Debug)]
+enum Kind {
+    Few(Few),
+    Exact(Exact),
+    Rounded(Rounded),
 }
 
 /// Coordinates up to this size have products in f64.
@@ -85,24 +91,11 @@ impl TriangleBvh {
             Some(item(&frame, &Aabb::around(v), index as u32))
         });
         let tree = Tree::build(items.collect(), WIDTH);
-        let mut corners = in_huge_pages(tree.items.len());
-        let with_corners = tree.items.par_iter().map(|item| {
-            let index = item.index();
-            Corners::new(triangles[index as usize].map(|vertex| positions[vertex as usize]), index)
-        });
-        with_corners.collect_into_vec(&mut corners);
-        let mut blocks = in_huge_pages(tree.leaves.len());
-        let leaf_blocks = tree.leaves.par_iter().map(|leaf| {
-            let triangles = &corners[leaf.start as usize..leaf.end as usize];
-            let mut inside = [[DVec3::ZERO; 3]; WIDTH];
-            for (inside, corners) in inside.iter_mut().zip(triangles) {
-                *inside = corners.vertices().map(|v| frame.enter(v));
-            }
-            Block::new(&inside[..triangles.len()], leaf.start)
-        });
-        leaf_blocks.collect_into_vec(&mut blocks);
-        let few = Few::new(corners.iter().map(|t| t.vertices().map(|v| frame.enter(v))));
-        Self { level, frame, bounds, blocks, nodes: tree.nodes, corners, root: tree.root, few }
+        let vertices = |index: u32| triangles[index as usize].map(|vertex| positions[vertex as usize]);
+        let few = Few::new(&tree, &frame, vertices).map(Kind::Few);
+        let exact = || Exact::new(&tree, &frame, vertices).map(Kind::Exact);
+        let leaves = few.or_else(exact).unwrap_or_else(|| Kind::Rounded(Rounded::new(&tree, &frame, vertices)));
+        Self { level, frame, bounds, nodes: tree.nodes, root: tree.root, leaves }
     }
 
     /// The nearest hit with 0 < t < `ray.t_max`.
@@ -142,15 +135,6 @@ impl TriangleBvh {
             .is_some_and(|(unit, _)| self.level.run(Occluded::<T> { tree: self, ray: &unit, twist: PhantomData }))
     }
 
-    #[inline(always)]
-    fn prefetch<S: Lanes>(&self, s: S, child: u32) {
-        if child & LEAF == 0 {
-            s.prefetch(&self.nodes[child as usize]);
-        } else {
-            s.prefetch(&self.blocks[(child ^ LEAF) as usize]);
-        }
-    }
-
     /// The box around all triangles that can be hit; empty if there is none.
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -163,11 +147,12 @@ impl TriangleBvh {
 
     /// What the tree occupies.
     pub fn memory_bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>()
-            + self.blocks.capacity() * size_of::<Block>()
-            + self.corners.capacity() * size_of::<Corners>()
-            + self.few.as_ref().map_or(0, Few::memory_bytes)
-            + size_of::<Self>()
+        let leaves = match &self.leaves {
+            Kind::Few(few) => few.memory_bytes(),
+            Kind::Exact(leaves) => leaves.memory_bytes(),
+            Kind::Rounded(leaves) => leaves.memory_bytes(),
+        };
+        self.nodes.capacity() * size_of::<Node>() + leaves + size_of::<Self>()
     }
 }
 
@@ -190,43 +175,65 @@ impl<T: Twist> Task for Closest<'_, T> {
 
     #[inline(always)]
     fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> Option<TriangleHit> {
-        let Self { tree, ray, .. } = self;
-        let root = tree.root?;
-        if let Some(few) = &tree.few {
-            return few.closest::<T, W>(wide, &tree.corners, &tree.frame, ray);
+        match &self.tree.leaves {
+            Kind::Few(few) => few.closest::<T, W>(wide, &self.tree.frame, self.ray),
+            Kind::Exact(leaves) => self.below(narrow, leaves),
+            Kind::Rounded(leaves) => self.below(narrow, leaves),
         }
-        let query = Query::new::<T>(narrow, &tree.frame, ray)?;
-        let shear = Shear::new(narrow, ray);
-        let beam = Beam::new(narrow, &query.slabs::<T>(narrow));
-        let probe = Probe::new(narrow, &query);
-        let mut best: Option<TriangleHit> = None;
+    }
+}
+
+impl<T: Twist> Closest<'_, T> {
+    #[inline(always)]
+    fn below<S: Lanes>(self, s: S, leaves: &impl Leaves) -> Option<TriangleHit> {
+        let Self { tree, ray, .. } = self;
+        let query = Query::new::<T>(s, &tree.frame, ray)?;
+        let shear = Shear::new(s, ray);
+        let beam = Beam::new(s, &query.slabs::<T>(s));
+        let probe = leaves.probe(s, &query);
+        let mut best: Option<Found> = None;
         let mut reach = query.reach;
         walk::nearest_first(
-            narrow,
+            s,
             &tree.nodes,
-            root,
+            tree.root?,
             &beam,
             reach,
-            |child| tree.prefetch(narrow, child),
+            |leaf| leaves.prefetch(s, leaf),
             |leaf| {
-                let block = &tree.blocks[leaf as usize];
-                let tested = block.test(narrow, &probe);
-                let mut candidates = narrow.bits(tested.candidates(narrow, narrow.splat(reach)));
+                let tested = leaves.test(s, &probe, leaf);
+                let mut candidates = s.bits(tested.candidates(s, s.splat(reach * leaves.unit())));
                 while candidates != 0 {
                     let lane = candidates.trailing_zeros();
                     candidates &= candidates - 1;
-                    let corners = &tree.corners[(block.first + lane) as usize];
-                    if let Some(hit) = shear.hit(narrow, corners, ray.t_max)
-                        && best.as_ref().is_none_or(|best| hit.before(best))
-                    {
-                        reach = up(hit.t * tree.frame.scale);
-                        best = Some(hit);
+                    let Some(place) = shear.hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max) else { continue };
+                    let found = Found { place, leaf, lane };
+                    if best.as_ref().is_none_or(|best| found.before(best, leaves)) {
+                        reach = up(place.t * tree.frame.scale);
+                        best = Some(found);
                     }
                 }
                 reach
             },
         );
-        best
+        best.map(|found| found.place.of(leaves.triangle(found.leaf, found.lane)))
+    }
+}
+
+/// The nearest hit so far. Which triangle that is need not be known before the end.
+#[derive(Clone, Copy)]
+struct Found {
+    place: Place,
+    leaf: u32,
+    lane: u32,
+}
+
+impl Found {
+    /// As [`TriangleHit::before`].
+    #[inline(always)]
+    fn before(&self, other: &Self, leaves: &impl Leaves) -> bool {
+        let lower = || leaves.triangle(self.leaf, self.lane) < leaves.triangle(other.leaf, other.lane);
+        self.place.t < other.place.t || (self.place.t == other.place.t && lower())
     }
 }
 
@@ -241,37 +248,44 @@ impl<T: Twist> Task for Occluded<'_, T> {
 
     #[inline(always)]
     fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> bool {
+        match &self.tree.leaves {
+            Kind::Few(few) => few.occluded::<T, W>(wide, &self.tree.frame, self.ray),
+            Kind::Exact(leaves) => self.below(narrow, leaves),
+            Kind::Rounded(leaves) => self.below(narrow, leaves),
+        }
+    }
+}
+
+impl<T: Twist> Occluded<'_, T> {
+    #[inline(always)]
+    fn below<S: Lanes>(self, s: S, leaves: &impl Leaves) -> bool {
         let Self { tree, ray, .. } = self;
         let Some(root) = tree.root else { return false };
-        if let Some(few) = &tree.few {
-            return few.occluded::<T, W>(wide, &tree.corners, &tree.frame, ray);
-        }
-        let Some(query) = Query::new::<T>(narrow, &tree.frame, ray) else { return false };
-        let beam = Beam::new(narrow, &query.slabs::<T>(narrow));
-        let probe = Probe::new(narrow, &query);
-        let reach = narrow.splat(query.reach);
+        let Some(query) = Query::new::<T>(s, &tree.frame, ray) else { return false };
+        let beam = Beam::new(s, &query.slabs::<T>(s));
+        let probe = leaves.probe(s, &query);
+        let reach = s.splat(query.reach * leaves.unit());
         walk::any(
-            narrow,
+            s,
             &tree.nodes,
             root,
             &beam,
             query.reach,
-            |child| tree.prefetch(narrow, child),
+            |leaf| leaves.prefetch(s, leaf),
             |leaf| {
-                let block = &tree.blocks[leaf as usize];
-                let tested = block.test(narrow, &probe);
-                let mut candidates = narrow.bits(tested.candidates(narrow, reach));
+                let tested = leaves.test(s, &probe, leaf);
+                let mut candidates = s.bits(tested.candidates(s, reach));
                 if candidates == 0 {
                     return false;
                 }
-                if narrow.bits(tested.certain(narrow, reach)) != 0 {
+                if s.bits(tested.certain(s, reach)) != 0 {
                     return true;
                 }
-                let shear = Shear::new(narrow, ray);
+                let shear = Shear::new(s, ray);
                 while candidates != 0 {
                     let lane = candidates.trailing_zeros();
                     candidates &= candidates - 1;
-                    if shear.hit(narrow, &tree.corners[(block.first + lane) as usize], ray.t_max).is_some() {
+                    if shear.hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some() {
                         return true;
                     }
                 }

@@ -19,6 +19,16 @@ fn next_lane(hit: &mut u32) -> usize {
     lane
 }
 
+/// Asks for a child that will be visited soon.
+#[inline(always)]
+fn ask<S: Lanes>(s: S, nodes: &[Node], child: u32, prefetch: &impl Fn(u32)) {
+    if child & LEAF == 0 {
+        s.prefetch(&nodes[child as usize]);
+    } else {
+        prefetch(child ^ LEAF);
+    }
+}
+
 /// Visits the leaves that the ray enters before `reach`, near ones first. A visit returns the reach from then on.
 #[inline(always)]
 pub(super) fn nearest_first<S: Lanes>(
@@ -46,7 +56,7 @@ pub(super) fn nearest_first<S: Lanes>(
                 let mut t = [0.0; 8];
                 s.store(enter, &mut t);
                 let take = |lane: usize| {
-                    prefetch(node.child[lane]);
+                    ask(s, nodes, node.child[lane], &prefetch);
                     waiting(t[lane], node.child[lane])
                 };
                 let (a, b) = (take(first), take(next_lane(&mut hit)));
@@ -108,7 +118,7 @@ pub(super) fn any<S: Lanes>(
                 at = node.child[next_lane(&mut hit)];
                 while hit != 0 {
                     let child = node.child[next_lane(&mut hit)];
-                    prefetch(child);
+                    ask(s, nodes, child, &prefetch);
                     stack.push(u64::from(child));
                 }
                 continue;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::bsdf::microfacet::Normals;
-use crate::bsdf::{Bsdf, BsdfSample, Uniforms};
+use crate::bsdf::{Bsdf, BsdfSample, Lobes, Uniforms};
 use crate::math::color::Rgb;
 
 /// f of one model, the density of another, directions drawn from a third; weights are f cos / that density.
@@ -29,6 +29,14 @@ impl<F: Bsdf, P: Bsdf, S: Bsdf> Bsdf for Chimera<F, P, S> {
     fn sample(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
         let wi = self.draws.sample(wo, u)?.wi;
         BsdfSample::new(wi, self.eval(wo, wi), self.pdf(wo, wi))
+    }
+
+    fn lobes(&self) -> Lobes {
+        self.f.lobes()
+    }
+
+    fn eta(&self) -> f64 {
+        self.f.eta()
     }
 
     fn albedo(&self, wo: DVec3) -> Option<Rgb> {

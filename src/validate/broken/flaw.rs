@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::bsdf::{Bsdf, BsdfSample, Uniforms};
+use crate::bsdf::{Bsdf, BsdfSample, Density, Lobes, Uniforms};
 use crate::math::color::Rgb;
 
 /// A model that is another one but for what is overridden here.
@@ -24,8 +24,14 @@ pub(super) trait Flaw: fmt::Debug + Send + Sync {
         self.original().sample(wo, u).map(|s| s.wi)
     }
 
-    /// The draw, consistent with `f` and `density` unless overridden.
+    /// The draw, consistent with `f` and `density` unless overridden. Draws of Dirac lobes are left as they are.
     fn draw(&self, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
+        if self.original().lobes().contains(Lobes::DIRAC) {
+            let sample = self.original().sample(wo, u)?;
+            if matches!(sample.density, Density::Dirac(_)) {
+                return Some(sample);
+            }
+        }
         let wi = self.direction(wo, u)?;
         BsdfSample::new(wi, self.f(wo, wi), self.density(wo, wi))
     }
@@ -65,6 +71,9 @@ macro_rules! flaws {
             }
             fn lobes(&self) -> $crate::bsdf::Lobes {
                 self.0.lobes()
+            }
+            fn eta(&self) -> f64 {
+                self.0.eta()
             }
             fn albedo(&self, wo: glam::DVec3) -> Option<$crate::math::color::Rgb> {
                 $crate::validate::broken::flaw::Flaw::closed_albedo(self, wo)

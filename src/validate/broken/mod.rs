@@ -6,6 +6,7 @@
 //! - `values`: f itself is wrong
 //! - `densities`: the sampler is right, but claims another density or weight
 //! - `draws`: the density is right, but the sampler draws something else
+//! - `interfaces`: transmission, Dirac lobes, the side below
 //! - [`Chimera`]: f, density and draws of three different models
 //! - [`Unmatched`]: microfacets whose distribution and masking do not belong together
 
@@ -13,6 +14,8 @@ mod chimera;
 mod densities;
 mod draws;
 mod flaw;
+mod interface_twins;
+mod interfaces;
 mod normals;
 mod twins;
 mod values;
@@ -25,6 +28,10 @@ pub use densities::{
 pub use draws::{
     BelowTheHorizon, BiasedLobe, Correlated, Dropped, HalfTurn, Hole, Leak, MirroredHalfVector, MissingSquareRoot,
     NanAtZero, OnlyOnAverage, Redrawn, ReusedUniform, Rotated, UnflippedHalfVector,
+};
+pub use interfaces::{
+    CarriesRadiance, DiracProbabilityOff, FreeExit, GainFromBelow, InverseSnell, OneWay, ReflectionJacobian,
+    SameIndexInside, SignedCosine, SqueezedBeam, UnsharedPdf,
 };
 pub use normals::{Unmatched, ggx_masking, no_masking, rational_beckmann, remapped_schlick, rougher_ggx};
 pub use twins::{Twin, twins};

@@ -100,6 +100,8 @@ pub(super) trait Lanes: Copy {
     fn quad_signs(self, a: Self::D) -> u32;
     /// Whether the first three are all ≥ 0, or all ≤ 0.
     fn quad_of_one_sign(self, a: Self::D) -> bool;
+    /// From an array, the fourth being 0.
+    fn half(self, x: [f32; 3]) -> Self::H;
     /// Rounded to f32.
     fn narrow(self, a: Self::D) -> Self::H;
     /// As f64.

@@ -154,7 +154,11 @@ impl Lanes for Portable {
     }
     #[inline(always)]
     fn quad_of_one_sign(self, [x, y, z, _]: [f64; 4]) -> bool {
-        ((x >= 0.0) & (y >= 0.0) & (z >= 0.0)) | ((x <= 0.0) & (y <= 0.0) & (z <= 0.0))
+        (x >= 0.0 && y >= 0.0 && z >= 0.0) || (x <= 0.0 && y <= 0.0 && z <= 0.0)
+    }
+    #[inline(always)]
+    fn half(self, [x, y, z]: [f32; 3]) -> [f32; 4] {
+        [x, y, z, 0.0]
     }
     #[inline(always)]
     fn narrow(self, a: [f64; 4]) -> [f32; 4] {

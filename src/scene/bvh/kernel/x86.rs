@@ -209,6 +209,11 @@ macro_rules! quads {
             }
         }
         #[inline(always)]
+        fn half(self, [x, y, z]: [f32; 3]) -> __m128 {
+            // SAFETY: as above.
+            unsafe { _mm_setr_ps(x, y, z, 0.0) }
+        }
+        #[inline(always)]
         fn narrow(self, a: __m256d) -> __m128 {
             // SAFETY: as above.
             unsafe { _mm256_cvtpd_ps(a) }
