@@ -217,7 +217,7 @@ fn sample_repeats_and_counts_lost_draws() {
 
 #[test]
 fn bad_usage_is_one_line_and_exit_2() {
-    refused(&[], "known are list, validate, albedo, eval, sample, selftest");
+    refused(&[], "known are list, validate, albedo, eval, sample, furnace, scenes, render");
     refused(&["frobnicate"], "known are list");
     refused(&["valdate"], "'validate'");
     refused(&["validate"], "no SUBJECT is given");

@@ -76,7 +76,7 @@ impl Probe {
         samples.map(move |sample| {
             sampler.begin(self.number, sample);
             let ray = ray(&mut sampler);
-            tracer.radiance(scene, ray, &mut sampler)
+            tracer.radiance_independent(scene, ray, &mut sampler)
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::bvh::{Aabb, BoxBvh, TriangleBvh};
+use super::bvh::{Aabb, BoxBvh, TriangleBvh, Work};
 use super::mesh::Mesh;
 use super::quadric::Quadric;
 use super::shape::{Geometry, Shape};
@@ -213,6 +213,12 @@ impl Surfaces {
         let ng = at.normal * self.attributes[shape as usize].sign;
         let frame = Frame::with_tangent(ng, at.tangent);
         Surface { p, ng, frame, uv: at.uv, color: Rgb::WHITE, shape: shape as usize, primitive }
+    }
+
+    /// Does `work` with the best instructions of the machine.
+    #[inline]
+    pub(super) fn accelerate<W: Work>(&self, work: W) -> W::Output {
+        self.triangle_bvh.accelerate(work)
     }
 
     pub(super) fn triangle_count(&self) -> usize {

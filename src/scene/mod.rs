@@ -210,6 +210,12 @@ impl Scene {
         if self.surfaces.occluded(ray) { Rgb::BLACK } else { Rgb::WHITE }
     }
 
+    /// Does `work` with the best instructions of the machine.
+    #[inline]
+    pub(crate) fn accelerate<W: bvh::Work>(&self, work: W) -> W::Output {
+        self.surfaces.accelerate(work)
+    }
+
     /// The ray that leaves a surface along `dir`, started just off it.
     #[inline]
     pub fn leave(&self, surface: &Surface, dir: DVec3) -> Ray {

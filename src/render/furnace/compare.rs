@@ -93,8 +93,11 @@ pub(super) fn check(name: &'static str, comparisons: &[Comparison], share: f64) 
     check.detail = format!("{}: {:.1} standard errors, the worst of {}", worst.label, worst.z, comparisons.len());
     let bar = share / comparisons.len() as f64;
     let quantiles = normal_upper(0.5 * bar) + normal_upper(1.0 - POWER);
-    let widest = comparisons.iter().map(|c| c.relative).filter(|r| r.is_finite()).fold(0.0, f64::max);
-    check.detects.insert("relative_bias", quantiles * widest);
+    let errors = || comparisons.iter().map(|c| c.relative).filter(|&r| r > 0.0 && r.is_finite());
+    // A mistake in one place is caught by that comparison, one that is everywhere by the sharpest.
+    check.detects.insert("relative_bias_of_one", quantiles * errors().fold(0.0, f64::max));
+    let sharpest = errors().fold(f64::INFINITY, f64::min);
+    check.detects.insert("relative_bias_of_all", if sharpest.is_finite() { quantiles * sharpest } else { 0.0 });
     check
 }
 

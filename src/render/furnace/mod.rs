@@ -2,7 +2,7 @@
 //!
 //! Two kinds of sheets. [`Furnace::path_tracer`] puts an engine, anything that makes an estimator from the settings of a
 //! [`PathTracer`], through closed rooms, swaps of eye and light, and what is known of its spread. [`Furnace::subjects`]
-//! is the bridge from BRDFs to images: a sphere of the model in a constant light of radiance 1 is convex, so that every
+//! is the bridge from BRDFs to images: a convex surface of the model in constant light of radiance 1, of which every
 //! pixel is the directional albedo, which the hemisphere integrator knows without sampling.
 //!
 //! All p-values of a run share one family-wise level (Holm).
@@ -111,7 +111,7 @@ impl Furnace {
         let names = self.wanted(SUBJECT_CHECKS);
         let plan = self.plan(names.len() * models.len());
         let one = |(at, model): (usize, &Arc<dyn Bsdf>)| {
-            let checks = convex::checks(model, &names, at as u64, &plan);
+            let checks = convex::checks(model, &names, !self.only.is_empty(), at as u64, &plan);
             progress(at);
             self.sheet(format!("{model:?}").chars().take(200).collect(), checks)
         };

@@ -27,6 +27,7 @@ use super::Radiance;
 use crate::bsdf::{BsdfSample, Density, Lobes};
 use crate::math::color::Rgb;
 use crate::sampling::sampler::{Independent, Sampler};
+use crate::scene::bvh::Work;
 use crate::scene::{LightSampling, Ray, Scene, Surface, opaque_share};
 
 use vertex::Vertex;
@@ -127,7 +128,25 @@ impl Radiance for PathTracer {
     }
 
     fn radiance_independent(&self, scene: &Scene, ray: Ray, sampler: &mut Independent) -> Rgb {
-        self.trace(scene, ray, sampler)
+        scene.accelerate(Trace { tracer: self, scene, ray, sampler })
+    }
+}
+
+/// One path, to be traced with the best instructions of the machine.
+struct Trace<'a> {
+    tracer: &'a PathTracer,
+    scene: &'a Scene,
+    ray: Ray,
+    sampler: &'a mut Independent,
+}
+
+impl Work for Trace<'_> {
+    type Output = Rgb;
+
+    #[allow(clippy::inline_always, reason = "inlined into a function that has those instructions enabled")]
+    #[inline(always)]
+    fn run(self) -> Rgb {
+        self.tracer.trace(self.scene, self.ray, self.sampler)
     }
 }
 
@@ -136,6 +155,8 @@ impl PathTracer {
         self.bounces.unwrap_or(u32::MAX)
     }
 
+    #[allow(clippy::inline_always, reason = "as for `Trace::run`")]
+    #[inline(always)]
     fn trace<S: Sampler + ?Sized>(&self, scene: &Scene, ray: Ray, sampler: &mut S) -> Rgb {
         let mut path = Path { ray, throughput: Rgb::WHITE, depth: 0, last: Last::Sole };
         let mut sum = Rgb::BLACK;

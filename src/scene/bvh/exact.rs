@@ -106,11 +106,13 @@ impl<S: Lanes> Shear<S> {
     /// For a direction that is not zero.
     #[inline(always)]
     pub(super) fn new(s: S, ray: &Ray) -> Self {
-        let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
+        let (o, d) = (ray.origin, ray.dir);
+        let (origin, dir) = ([o.x, o.y, o.z, 0.0], [d.x, d.y, d.z, 0.0]);
         let size = ray.dir.abs();
-        // Products instead of branches, which random directions would make wrong half of the time.
+        // Products instead of branches, which random directions would make wrong half of the time, and the axes from a word
+        // of three rather than from a table in memory.
         let z = (1 + usize::from(size.z > size.y)) * usize::from(size.y.max(size.z) > size.x);
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
+        let axes = [(0b00_10_01 >> (2 * z)) & 3, (0b01_00_10 >> (2 * z)) & 3, z];
         let per_depth = 1.0 / dir[axes[2]];
         Self {
             axes,

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::build::Tree;
+use super::build::{Item, Tree};
 use super::exact::Corners;
 use super::kernel::{Lanes, in_huge_pages};
 use super::node::WIDTH;
@@ -99,7 +99,7 @@ impl Exact {
             return None;
         }
         let mut triangles = in_huge_pages(tree.items.len());
-        tree.items.par_iter().map(super::build::Item::index).collect_into_vec(&mut triangles);
+        tree.items.par_iter().map(Item::index).collect_into_vec(&mut triangles);
         let unit = 1.0 / frame.scale;
         let blocks = Block::of_tree(tree, unit, |at| vertices(triangles[at]), |v| *v);
         Some(Self { blocks, triangles, unit })

@@ -16,6 +16,7 @@ mod probe;
 mod query;
 mod triangles;
 mod walk;
+mod work;
 
 #[cfg(test)]
 mod against_brute_force;
@@ -24,3 +25,4 @@ pub use aabb::Aabb;
 pub use boxes::BoxBvh;
 pub use exact::TriangleHit;
 pub use triangles::TriangleBvh;
+pub(crate) use work::Work;

@@ -98,6 +98,10 @@ impl TriangleBvh {
         Self { level, frame, bounds, nodes: tree.nodes, root: tree.root, leaves }
     }
 
+    pub(super) fn level(&self) -> Level {
+        self.level
+    }
+
     /// The nearest hit with 0 < t < `ray.t_max`.
     ///
     /// None too for a ray that is no ray: one with a coordinate that is NaN or infinite, or with a direction of length 0.
@@ -188,7 +192,6 @@ impl<T: Twist> Closest<'_, T> {
     fn below<S: Lanes>(self, s: S, leaves: &impl Leaves) -> Option<TriangleHit> {
         let Self { tree, ray, .. } = self;
         let query = Query::new::<T>(s, &tree.frame, ray)?;
-        let shear = Shear::new(s, ray);
         let beam = Beam::new(s, &query.slabs::<T>(s));
         let probe = leaves.probe(s, &query);
         let mut best: Option<Found> = None;
@@ -206,7 +209,10 @@ impl<T: Twist> Closest<'_, T> {
                 while candidates != 0 {
                     let lane = candidates.trailing_zeros();
                     candidates &= candidates - 1;
-                    let Some(place) = shear.hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max) else { continue };
+                    let Some(place) = Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max)
+                    else {
+                        continue;
+                    };
                     let found = Found { place, leaf, lane };
                     if best.as_ref().is_none_or(|best| found.before(best, leaves)) {
                         reach = up(place.t * tree.frame.scale);
@@ -281,11 +287,10 @@ impl<T: Twist> Occluded<'_, T> {
                 if s.bits(tested.certain(s, reach)) != 0 {
                     return true;
                 }
-                let shear = Shear::new(s, ray);
                 while candidates != 0 {
                     let lane = candidates.trailing_zeros();
                     candidates &= candidates - 1;
-                    if shear.hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some() {
+                    if Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some() {
                         return true;
                     }
                 }

@@ -55,12 +55,10 @@ pub(super) fn nearest_first<S: Lanes>(
                 }
                 let mut t = [0.0; 8];
                 s.store(enter, &mut t);
-                let take = |lane: usize| {
-                    ask(s, nodes, node.child[lane], &prefetch);
-                    waiting(t[lane], node.child[lane])
-                };
+                let take = |lane: usize| waiting(t[lane], node.child[lane]);
                 let (a, b) = (take(first), take(next_lane(&mut hit)));
                 let (near, far) = (a.min(b), a.max(b));
+                ask(s, nodes, far as u32, &prefetch);
                 if hit == 0 {
                     stack.push(far);
                     at = near as u32;
@@ -68,6 +66,7 @@ pub(super) fn nearest_first<S: Lanes>(
                 }
                 let c = take(next_lane(&mut hit));
                 let (near, c) = (near.min(c), near.max(c));
+                ask(s, nodes, c as u32, &prefetch);
                 stack.push(far.max(c));
                 stack.push(far.min(c));
                 if hit == 0 {

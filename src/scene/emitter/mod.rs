@@ -132,7 +132,8 @@ impl Emitters {
     }
 
     /// Draws a direction from `p` towards an emitter: `choice` picks the emitter, `u` the point of it.
-    #[inline]
+    #[allow(clippy::inline_always, reason = "the part of a path that costs most besides rays")]
+    #[inline(always)]
     pub fn sample(&self, by: LightSampling, p: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
         let (number, probability, _) = self.choice.as_ref()?.pick(choice);
         let mut sample = match &self.all[number] {
