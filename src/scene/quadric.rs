@@ -44,7 +44,8 @@ impl Quadric {
             axis,
             length,
             radius,
-            x: axis.any_orthonormal_vector(),
+            // For an axis along z this is x, as in Mitsuba, whose rule for other axes (Duff et al. 2017) is glam's too.
+            x: axis.any_orthonormal_pair().0,
         })
     }
 

@@ -49,7 +49,12 @@ pub(super) fn sphere(
     Ok(Geometry::Sphere { centre: to_world.transform_point3(centre), radius })
 }
 
-pub(super) fn cylinder(context: &Context<'_>, props: &Props<'_>, to_world: &DAffine3) -> Result<Geometry, SceneError> {
+pub(super) fn cylinder(
+    context: &Context<'_>,
+    props: &Props<'_>,
+    to_world: &DAffine3,
+    textured: bool,
+) -> Result<Geometry, SceneError> {
     let from = props.vector("p0")?.unwrap_or(DVec3::ZERO);
     let to = props.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = props.positive("radius", 1.0)?;
@@ -65,6 +70,13 @@ pub(super) fn cylinder(context: &Context<'_>, props: &Props<'_>, to_world: &DAff
     let radius = radius * u.length();
     if !(radius > 0.0 && radius.is_finite() && w.length() > 0.0) {
         return Err(props.bad("to_world", "a scale that leaves nothing", "a radius > 0"));
+    }
+    // Where u is 0 is a rule of the axis alone, here as there, but there before it is moved.
+    let (here, across) = w.normalize().any_orthonormal_pair();
+    let moved = [(u, here), (v, across)].iter().all(|(there, here)| there.angle_between(*here) <= TOLERANCE);
+    if textured && !moved {
+        let error = props.unsupported("to_world", "a turned cylinder with a texture", "a cylinder that is not turned");
+        context.notes.unsupported(error, "the texture is not turned")?;
     }
     Ok(Geometry::Cylinder { from: to_world.transform_point3(from), to: to_world.transform_point3(to), radius })
 }

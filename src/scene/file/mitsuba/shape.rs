@@ -33,14 +33,18 @@ pub(super) fn add(context: &Context<'_>, id: NodeId, placed: Option<DAffine3>) -
     }
     let to_world = placed.unwrap_or(DAffine3::IDENTITY) * own;
     let mut flip_normals = props.boolean("flip_normals", false)?;
-    let material = bsdf::built(context, props.object("bsdf")?)?;
+    let emission = match props.object("emitter")? {
+        Some(emitter) => emission(context, emitter)?,
+        None => None,
+    };
+    let material = bsdf::built(context, props.object("bsdf")?, emission.is_some())?;
     let geometry = match props.node.kind.as_str() {
         "rectangle" => Geometry::Rectangle { to_world },
         "cube" if material.uses.uv => Geometry::Mesh(moved(context, &props, &Arc::new(textured_cube()), to_world)?),
         "cube" => Geometry::Cube { to_world },
         "sphere" => primitive::sphere(context, &props, &to_world, material.uses.uv)?,
         "disk" => primitive::disk(context, &props, &to_world)?,
-        "cylinder" => primitive::cylinder(context, &props, &to_world)?,
+        "cylinder" => primitive::cylinder(context, &props, &to_world, material.uses.uv)?,
         "obj" | "ply" | "serialized" => {
             let (mesh, own_normals) = mesh(context, &props)?;
             check_uses(context, &props, &mesh, material.uses)?;
@@ -52,10 +56,6 @@ pub(super) fn add(context: &Context<'_>, id: NodeId, placed: Option<DAffine3>) -
             context.notes.unsupported(props.unknown_kind(&KNOWN), "it is left out")?;
             return Ok(());
         }
-    };
-    let emission = match props.object("emitter")? {
-        Some(emitter) => emission(context, emitter)?,
-        None => None,
     };
     props.no_effect(&["silhouette_sampling_weight"]);
     let shapes = context.shapes.borrow().len();

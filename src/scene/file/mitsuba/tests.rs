@@ -193,6 +193,23 @@ fn a_blend_is_the_weighted_sum() {
 }
 
 #[test]
+fn what_shines_and_names_no_material_is_black() {
+    let scene = read("<shape type='cube'/><shape type='cube'><emitter type='area'/></shape><shape type='cube'/>");
+    let rho = |shape: usize| scene.materials[scene.shapes[shape].material].lambertian();
+    assert_eq!([rho(0), rho(1), rho(2)], [0.5, 0.0, 0.5].map(|rho| Some(Rgb::grey(rho))));
+}
+
+#[test]
+fn leniently_the_nearest_material_takes_its_place() {
+    let body = "<shape type='cube'><bsdf type='bumpmap'><bsdf type='diffuse'><rgb name='reflectance' value='.25'/></bsdf></bsdf></shape>
+        <shape type='cube'><bsdf type='principled'><rgb name='base_color' value='.75'/></bsdf></shape>";
+    let loaded = Files::new().with("s.xml", scene(body)).lenient("s.xml").unwrap();
+    assert_eq!(loaded.warnings.len(), 2, "{:?}", loaded.warnings);
+    let rho: Vec<_> = loaded.scene.materials.iter().map(|material| material.lambertian().unwrap().0.x).collect();
+    assert_eq!(rho, [0.25, 0.75]);
+}
+
+#[test]
 fn instances_are_copies() {
     let body = "<shape type='shapegroup' id='g'><shape type='sphere'/><shape type='cube'/></shape>
         <shape type='instance'><ref id='g'/><transform name='to_world'><translate x='3'/></transform></shape>

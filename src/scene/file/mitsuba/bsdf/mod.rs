@@ -56,15 +56,16 @@ pub(super) struct Uses {
     pub(super) vertex_color: bool,
 }
 
-/// The material that `id` is, or Mitsuba's default where there is none.
-pub(super) fn built(context: &Context<'_>, id: Option<NodeId>) -> Result<Built, SceneError> {
-    // No element has the last number.
-    let key = id.unwrap_or(NodeId::MAX);
+/// The material that `id` is, or Mitsuba's default where there is none: grey, and black for what `shines`.
+pub(super) fn built(context: &Context<'_>, id: Option<NodeId>, shines: bool) -> Result<Built, SceneError> {
+    // No element has one of the last two numbers.
+    let key = id.unwrap_or(NodeId::MAX - usize::from(shines));
     if let Some(&known) = context.material_of.borrow().get(&key) {
         return Ok(known);
     }
     context.uses.set(Uses::default());
     let material = match id {
+        None if shines => Material::diffuse("default-of-lights", Texture::Constant(Rgb::BLACK)),
         None => Material::diffuse("default", Texture::Constant(Rgb::grey(0.5))),
         Some(id) => surface(context, id, 0)?.into_material(context, id),
     };
@@ -172,14 +173,26 @@ fn surface(context: &Context<'_>, id: NodeId, depth: usize) -> Result<Surface, S
         "null" => Model::Uniform(Arc::new(Null)).into(),
         "phong" => legacy::phong(context, &props)?.into(),
         "ward" => legacy::ward(context, &props)?.into(),
-        _ => {
-            let instead = "a grey diffuse surface takes its place";
-            context.notes.unsupported(props.unknown_kind(&KNOWN), instead)?;
-            return Ok(Model::Diffuse(Texture::Constant(Rgb::grey(0.5))).into());
-        }
+        _ => return substitute(context, &props, depth),
     };
     props.finish(context.notes)?;
     Ok(surface)
+}
+
+/// What takes the place of a model that is not known: the one model within it, or a diffuse one of its colour.
+fn substitute(context: &Context<'_>, props: &Props<'_>, depth: usize) -> Result<Surface, SceneError> {
+    let error = props.unknown_kind(&KNOWN);
+    if let [inner] = props.objects("bsdf").as_slice() {
+        context.notes.unsupported(error, "what is in it takes its place")?;
+        return surface(context, *inner, depth + 1);
+    }
+    context.notes.unsupported(error, "a diffuse surface takes its place")?;
+    for name in ["reflectance", "base_color", "diffuse_reflectance"] {
+        if let Some(colour) = texture::optional(context, props, name, Role::Reflectance)? {
+            return Ok(Model::Diffuse(colour).into());
+        }
+    }
+    Ok(Model::Diffuse(Texture::Constant(Rgb::grey(0.5))).into())
 }
 
 /// The error for a parameter outside the domain of a model.
