@@ -40,15 +40,16 @@ fn direction(ray: &Ray) -> bool {
 }
 
 impl BoxBvh {
-    /// Builds the tree, in parallel, and the same one on any number of threads. No more than 2³¹ boxes.
+    /// Builds the tree, in parallel, and the same one on any number of threads. No more than 2³⁰ boxes.
     pub fn build(boxes: &[Aabb]) -> Self {
         let bounds = boxes.iter().copied().filter(sound).fold(Aabb::EMPTY, Aabb::union);
         let frame = Frame::of(&bounds);
         let items = boxes.par_iter().enumerate().filter(|(_, bounds)| sound(bounds));
         let items = items.map(|(index, bounds)| item(&frame, bounds, index as u32));
-        let tree = Tree::build(items.collect(), 1);
+        let level = Level::best();
+        let tree = Tree::build(items.collect(), 1, level);
         let things = tree.leaves.iter().map(|leaf| tree.items[leaf.start as usize].index()).collect();
-        Self { level: Level::best(), frame, bounds, nodes: tree.nodes, things, root: tree.root }
+        Self { level, frame, bounds, nodes: tree.nodes, things, root: tree.root }
     }
 
     /// The nearest hit: the thing, and its distance.

@@ -7,60 +7,78 @@
 //!
 //! # References
 //! - Wald 2007, On fast construction of SAH-based bounding volume hierarchies, IEEE Symposium on Interactive Ray Tracing
+#![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
 
 use std::ops::Range;
 
 use glam::Vec4;
 use rayon::prelude::*;
 
-use super::kernel::{Stack, in_huge_pages};
+use super::kernel::{Level, Stack, in_huge_pages};
 use super::node::{LEAF, Node, WIDTH};
+use super::split::split;
 
 /// The box of a thing to be put into the tree, and its index.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     /// The least coordinates; the fourth holds the bits of the index.
-    lo: Vec4,
-    hi: Vec4,
+    pub(super) lo: Vec4,
+    pub(super) hi: Vec4,
 }
 
 impl Item {
     pub(super) fn new(lo: [f32; 3], hi: [f32; 3], index: u32) -> Self {
-        Self { lo: Vec4::new(lo[0], lo[1], lo[2], f32::from_bits(index)), hi: Vec4::new(hi[0], hi[1], hi[2], 0.0) }
+        let number = f32::from_bits(index & Self::INDEX | 1 << 30);
+        Self { lo: Vec4::new(lo[0], lo[1], lo[2], number), hi: Vec4::new(hi[0], hi[1], hi[2], 0.0) }
     }
 
+    /// Nothing: a box the wrong way round.
+    pub(super) const NONE: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+
+    /// Whether this is not [`Item::NONE`].
+    pub(super) fn is_some(&self) -> bool {
+        self.lo.x <= self.hi.x
+    }
+
+    /// The bits of an index. Another bit makes them a number of ordinary size: some processors are slow with denormal ones,
+    /// even if nobody looks at the result.
+    const INDEX: u32 = (1 << 30) - 1;
+
     pub(super) fn index(&self) -> u32 {
-        self.lo.w.to_bits()
+        self.lo.w.to_bits() & Self::INDEX
     }
 
     /// Twice the centre; the fourth coordinate means nothing.
-    fn centre(&self) -> Vec4 {
+    pub(super) fn centre(&self) -> Vec4 {
         self.lo + self.hi
     }
 }
 
 /// The smallest box around some boxes or points; the fourth coordinates mean nothing.
 #[derive(Clone, Copy, Debug)]
-struct Hull {
-    lo: Vec4,
-    hi: Vec4,
+pub(super) struct Hull {
+    pub(super) lo: Vec4,
+    pub(super) hi: Vec4,
 }
 
 impl Hull {
-    const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+    pub(super) const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
-    fn add(&mut self, lo: Vec4, hi: Vec4) {
+    #[inline(always)]
+    pub(super) fn add(&mut self, lo: Vec4, hi: Vec4) {
         self.lo = self.lo.min(lo);
         self.hi = self.hi.max(hi);
     }
 
-    fn union(mut self, other: &Self) -> Self {
+    #[inline(always)]
+    pub(super) fn union(mut self, other: &Self) -> Self {
         self.add(other.lo, other.hi);
         self
     }
 
     /// Half the surface.
-    fn area(&self) -> f32 {
+    #[inline(always)]
+    pub(super) fn area(&self) -> f32 {
         let [x, y, z, _] = (self.hi - self.lo).to_array();
         x * y + y * z + z * x
     }
@@ -68,14 +86,14 @@ impl Hull {
 
 /// A run of items, with the box around them and the box around twice their centres.
 #[derive(Clone, Debug)]
-struct Part {
-    items: Range<usize>,
-    hull: Hull,
-    centres: Hull,
+pub(super) struct Part {
+    pub(super) items: Range<usize>,
+    pub(super) hull: Hull,
+    pub(super) centres: Hull,
 }
 
 impl Part {
-    fn of(items: &[Item], range: Range<usize>) -> Self {
+    pub(super) fn of(items: &[Item], range: Range<usize>) -> Self {
         let (mut hull, mut centres) = (Hull::EMPTY, Hull::EMPTY);
         for item in &items[range.clone()] {
             hull.add(item.lo, item.hi);
@@ -84,7 +102,7 @@ impl Part {
         Self { items: range, hull, centres }
     }
 
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.items.len()
     }
 }
@@ -104,10 +122,11 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Builds one with no more than `leaf_size` ≤ 8 items in a leaf.
-    pub(super) fn build(mut items: Vec<Item>, leaf_size: usize) -> Self {
+    pub(super) fn build(mut items: Vec<Item>, leaf_size: usize, level: Level) -> Self {
         let mut branch = Branch::default();
         let whole = whole(&items);
-        let root = (!items.is_empty()).then(|| grow(&mut items, 0, &whole, leaf_size, 0, &mut branch));
+        let grower = Grower { leaf_size, level };
+        let root = (!items.is_empty()).then(|| grower.grow(&mut items, 0, &whole, 0, &mut branch));
         let mut nodes = in_huge_pages(branch.nodes.len());
         nodes.append(&mut branch.nodes);
         Self { nodes, leaves: branch.leaves, items, root }
@@ -115,10 +134,10 @@ impl Tree {
 }
 
 /// Items are gathered in parallel in pieces of this size.
-const PIECE: usize = 1 << 14;
+pub(super) const PIECE: usize = 1 << 14;
 
 /// Below this number of items, a part is not worth another thread.
-const PARALLEL: usize = 1 << 12;
+const PARALLEL: usize = 1 << 13;
 
 /// [`Part::of`] everything, in parallel.
 fn whole(items: &[Item]) -> Part {
@@ -156,209 +175,86 @@ const DEEP: usize = 14;
 // Halving thrice a level ends after 11 levels for 2³² items; each level leaves 7 siblings waiting.
 const _: () = assert!((DEEP + 11) * (WIDTH - 1) < Stack::SLOTS);
 
-/// Adds a node or a leaf for `part` of `items`, which begin at `start` of all items, and everything below; returns the
-/// child to refer to it.
-fn grow(items: &mut [Item], start: usize, part: &Part, leaf_size: usize, depth: usize, out: &mut Branch) -> u32 {
-    if part.len() <= leaf_size {
-        let first = (start + part.items.start) as u32;
-        out.leaves.push(first..first + part.len() as u32);
-        return LEAF | (out.leaves.len() - 1) as u32;
-    }
-    let parts = eight(items, part, leaf_size, depth >= DEEP);
-    let at = out.nodes.len();
-    out.nodes.push(Node::EMPTY);
-    let mut children = [LEAF; WIDTH];
-    if part.len() < PARALLEL {
-        for (child, part) in children.iter_mut().zip(&parts) {
-            *child = grow(items, start, part, leaf_size, depth + 1, out);
-        }
-    } else {
-        // Parts lie one after the other, from the beginning of `part` to its end.
-        let mut pieces = Vec::with_capacity(parts.len());
-        let mut rest = &mut items[part.items.clone()];
-        for part in &parts {
-            let (piece, after) = rest.split_at_mut(part.len());
-            pieces.push((piece, start + part.items.start));
-            rest = after;
-        }
-        let branches: Vec<(Branch, u32)> = pieces
-            .into_par_iter()
-            .zip(&parts)
-            .map(|((piece, first), part)| {
-                let mut branch = Branch::default();
-                let part = Part { items: 0..piece.len(), ..part.clone() };
-                let child = grow(piece, first, &part, leaf_size, depth + 1, &mut branch);
-                (branch, child)
-            })
-            .collect();
-        for (child, (branch, top)) in children.iter_mut().zip(branches) {
-            *child = out.append(branch, top);
-        }
-    }
-    for (lane, (part, child)) in parts.iter().zip(children).enumerate() {
-        out.nodes[at].set(lane, part.hull.lo, part.hull.hi, child);
-    }
-    at as u32
+/// Builds nodes from parts.
+struct Grower {
+    leaf_size: usize,
+    level: Level,
 }
 
-/// Splits a part into up to eight, in the order of their items.
-fn eight(items: &mut [Item], part: &Part, leaf_size: usize, halve: bool) -> Vec<Part> {
-    let mut parts = Vec::with_capacity(WIDTH);
-    parts.push(part.clone());
-    while parts.len() < WIDTH {
-        let mut largest: Option<(usize, f32)> = None;
-        for (at, part) in parts.iter().enumerate() {
-            let size = if halve { part.len() as f32 } else { part.hull.area() };
-            if part.len() > leaf_size && largest.is_none_or(|(_, area)| area < size) {
-                largest = Some((at, size));
+impl Grower {
+    /// Adds a node or a leaf for `part` of `items`, which begin at `start` of all items, and everything below; returns the
+    /// child to refer to it.
+    fn grow(&self, items: &mut [Item], start: usize, part: &Part, depth: usize, out: &mut Branch) -> u32 {
+        if part.len() <= self.leaf_size {
+            let first = (start + part.items.start) as u32;
+            out.leaves.push(first..first + part.len() as u32);
+            return LEAF | (out.leaves.len() - 1) as u32;
+        }
+        let parts = self.eight(items, part, depth >= DEEP);
+        let at = out.nodes.len();
+        out.nodes.push(Node::EMPTY);
+        let mut children = [LEAF; WIDTH];
+        if part.len() < PARALLEL {
+            for (child, part) in children.iter_mut().zip(&parts) {
+                *child = self.grow(items, start, part, depth + 1, out);
             }
-        }
-        let Some((at, _)) = largest else { break };
-        let (left, right) = split(items, &parts[at], leaf_size, halve);
-        parts[at] = left;
-        parts.insert(at + 1, right);
-    }
-    parts
-}
-
-const BINS: usize = 32;
-
-/// What has its centre in an interval of an axis.
-#[derive(Clone, Copy)]
-struct Bin {
-    hull: Hull,
-    count: u32,
-}
-
-impl Bin {
-    const EMPTY: Self = Self { hull: Hull::EMPTY, count: 0 };
-
-    fn union(&self, other: &Self) -> Self {
-        Self { hull: self.hull.union(&other.hull), count: self.count + other.count }
-    }
-}
-
-/// How twice a centre gives the number of its bin on each axis.
-#[derive(Clone, Copy)]
-struct Binning {
-    bins: usize,
-    lo: Vec4,
-    scale: Vec4,
-    /// Axes on which the centres differ.
-    wide: [bool; 3],
-}
-
-impl Binning {
-    fn of(part: &Part) -> Self {
-        let bins = (4 + part.len() / 16).min(BINS);
-        let size = part.centres.hi - part.centres.lo;
-        let wide = [0, 1, 2].map(|axis| size[axis] > f32::MIN_POSITIVE);
-        // A little less than the number of bins, so that the greatest centre falls into the last.
-        let scale = [0, 1, 2].map(|axis| if wide[axis] { bins as f32 * 0.9999 / size[axis] } else { 0.0 });
-        Self { bins, lo: part.centres.lo, scale: Vec4::new(scale[0], scale[1], scale[2], 0.0), wide }
-    }
-
-    /// The bins on the three axes. Adding 2²³ leaves a number's nearest integer in the low bits.
-    fn of_item(&self, item: &Item) -> [usize; 3] {
-        const INTEGER: f32 = 8_388_608.0;
-        let bin = (item.centre() - self.lo) * self.scale - Vec4::splat(0.5);
-        let bin = bin.max(Vec4::ZERO).min(Vec4::splat((self.bins - 1) as f32)) + Vec4::splat(INTEGER);
-        let [x, y, z, _] = bin.to_array();
-        [x, y, z].map(|k| k.to_bits() as usize & (BINS - 1))
-    }
-}
-
-type Bins = [[Bin; BINS]; 3];
-
-fn fill(items: &[Item], binning: &Binning) -> Bins {
-    let mut bins = [[Bin::EMPTY; BINS]; 3];
-    for item in items {
-        let at = binning.of_item(item);
-        for axis in 0..3 {
-            let bin = &mut bins[axis][at[axis]];
-            bin.hull.add(item.lo, item.hi);
-            bin.count += 1;
-        }
-    }
-    bins
-}
-
-fn fill_parallel(items: &[Item], binning: &Binning) -> Bins {
-    if items.len() < 2 * PIECE {
-        return fill(items, binning);
-    }
-    let pieces = items.par_chunks(PIECE).map(|piece| fill(piece, binning));
-    let join = |mut a: Bins, b: Bins| {
-        for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
-            *a = a.union(b);
-        }
-        a
-    };
-    pieces.reduce(|| [[Bin::EMPTY; BINS]; 3], join)
-}
-
-/// Where to split: what lies in bins below `bin` of an axis goes left.
-struct Plane {
-    axis: usize,
-    bin: usize,
-    left: Hull,
-    right: Hull,
-}
-
-/// The plane with the least sum of area × leaves.
-fn best_plane(bins: &Bins, binning: &Binning, leaf_size: usize) -> Option<Plane> {
-    let leaves = |count: u32| (count as usize).div_ceil(leaf_size) as f32;
-    let mut best: Option<(f32, Plane)> = None;
-    for axis in (0..3).filter(|&axis| binning.wide[axis]) {
-        let bins = &bins[axis][..binning.bins];
-        let mut below = [Bin::EMPTY; BINS];
-        for k in 1..bins.len() {
-            below[k] = below[k - 1].union(&bins[k - 1]);
-        }
-        let mut above = Bin::EMPTY;
-        for k in (1..bins.len()).rev() {
-            above = above.union(&bins[k]);
-            let left = &below[k];
-            if left.count == 0 || above.count == 0 {
-                continue;
-            }
-            let cost = left.hull.area() * leaves(left.count) + above.hull.area() * leaves(above.count);
-            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, Plane { axis, bin: k, left: left.hull, right: above.hull }));
-            }
-        }
-    }
-    best.map(|(_, plane)| plane)
-}
-
-/// Reorders the items of a part and splits them in two, neither of them empty.
-fn split(items: &mut [Item], part: &Part, leaf_size: usize, halve: bool) -> (Part, Part) {
-    let binning = Binning::of(part);
-    let run = &mut items[part.items.clone()];
-    let plane = if halve { None } else { best_plane(&fill_parallel(run, &binning), &binning, leaf_size) };
-    let Some(plane) = plane else {
-        // All centres are one point, or the tree is too deep: any halves will do, whole leaves on the left.
-        let half = (part.len() / 2).next_multiple_of(leaf_size).min(part.len() - 1);
-        let middle = part.items.start + half;
-        return (Part::of(items, part.items.start..middle), Part::of(items, middle..part.items.end));
-    };
-    let (mut left, mut right) = (Hull::EMPTY, Hull::EMPTY);
-    let (mut at, mut end) = (0, run.len());
-    while at < end {
-        let item = run[at];
-        let centre = item.centre();
-        if binning.of_item(&item)[plane.axis] < plane.bin {
-            left.add(centre, centre);
-            at += 1;
         } else {
-            right.add(centre, centre);
-            end -= 1;
-            run.swap(at, end);
+            // Parts lie one after the other, from the beginning of `part` to its end.
+            let mut pieces = Vec::with_capacity(parts.len());
+            let mut rest = &mut items[part.items.clone()];
+            for part in &parts {
+                let (piece, after) = rest.split_at_mut(part.len());
+                pieces.push((piece, start + part.items.start));
+                rest = after;
+            }
+            let branches: Vec<(Branch, u32)> = pieces
+                .into_par_iter()
+                .zip(&parts)
+                .map(|((piece, first), part)| {
+                    let mut branch = Branch::default();
+                    let part = Part { items: 0..piece.len(), ..part.clone() };
+                    let child = self.grow(piece, first, &part, depth + 1, &mut branch);
+                    (branch, child)
+                })
+                .collect();
+            for (child, (branch, top)) in children.iter_mut().zip(branches) {
+                *child = out.append(branch, top);
+            }
         }
+        for (lane, (part, child)) in parts.iter().zip(children).enumerate() {
+            out.nodes[at].set(lane, part.hull.lo, part.hull.hi, child);
+        }
+        at as u32
     }
-    let middle = part.items.start + at;
-    (
-        Part { items: part.items.start..middle, hull: plane.left, centres: left },
-        Part { items: middle..part.items.end, hull: plane.right, centres: right },
-    )
+
+    /// Splits a part into up to eight, in the order of their items.
+    fn eight(&self, items: &mut [Item], part: &Part, halve: bool) -> Vec<Part> {
+        let mut parts = Vec::with_capacity(WIDTH);
+        parts.push(part.clone());
+        while parts.len() < WIDTH {
+            let mut largest: Option<(usize, f32)> = None;
+            for (at, part) in parts.iter().enumerate() {
+                let size = if halve { part.len() as f32 } else { part.hull.area() };
+                if part.len() > self.leaf_size && largest.is_none_or(|(_, area)| area < size) {
+                    largest = Some((at, size));
+                }
+            }
+            let Some((at, _)) = largest else { break };
+            let (left, right) = self.split(items, &parts[at], halve);
+            parts[at] = left;
+            parts.insert(at + 1, right);
+        }
+        parts
+    }
+
+    /// Reorders the items of a part and splits them in two, neither of them empty.
+    fn split(&self, items: &mut [Item], part: &Part, halve: bool) -> (Part, Part) {
+        let best = if halve { None } else { split(self.level, items, part, self.leaf_size) };
+        best.unwrap_or_else(|| {
+            // All centres are one point, or the tree is too deep: any halves will do, whole leaves on the left.
+            let half = (part.len() / 2).next_multiple_of(self.leaf_size).min(part.len() - 1);
+            let middle = part.items.start + half;
+            (Part::of(items, part.items.start..middle), Part::of(items, middle..part.items.end))
+        })
+    }
 }

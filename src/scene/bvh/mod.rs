@@ -14,6 +14,7 @@ mod leaves;
 mod node;
 mod probe;
 mod query;
+mod split;
 mod triangles;
 mod walk;
 mod work;

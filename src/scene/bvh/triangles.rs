@@ -10,7 +10,7 @@ use super::aabb::Aabb;
 use super::build::{Item, Tree};
 use super::exact::{Place, Shear, TriangleHit};
 use super::few::Few;
-use super::kernel::{Lanes, Level, Task};
+use super::kernel::{Lanes, Level, Task, in_huge_pages};
 use super::leaves::{Exact, Leaves, Rounded};
 use super::node::{Beam, Node, WIDTH};
 use super::query::{Frame, Query, Straight, Twist, up};
@@ -75,7 +75,7 @@ const PIECE: usize = 1 << 14;
 impl TriangleBvh {
     /// Builds the tree, in parallel, and the same one on any number of threads.
     ///
-    /// `triangles` are indices into `positions`, no more than 2³¹ of them.
+    /// `triangles` are indices into `positions`, no more than 2³⁰ of them.
     pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         Self::build_at(Level::best(), positions, triangles)
     }
@@ -86,11 +86,14 @@ impl TriangleBvh {
         };
         let bounds = triangles.par_chunks(PIECE).map(piece_bounds).reduce(|| Aabb::EMPTY, Aabb::union);
         let frame = Frame::of(&bounds);
-        let items = triangles.par_iter().enumerate().filter_map(|(index, &triangle)| {
-            let v = vertices(positions, triangle)?;
-            Some(item(&frame, &Aabb::around(v), index as u32))
+        // In place, and those that cannot be hit taken out afterwards: gathering an unknown number would copy all.
+        let mut items = in_huge_pages(triangles.len());
+        let of_all = triangles.par_iter().enumerate().map(|(index, &triangle)| {
+            vertices(positions, triangle).map(|v| item(&frame, &Aabb::around(v), index as u32))
         });
-        let tree = Tree::build(items.collect(), WIDTH);
+        of_all.map(|item| item.unwrap_or(Item::NONE)).collect_into_vec(&mut items);
+        items.retain(Item::is_some);
+        let tree = Tree::build(items, WIDTH, level);
         let vertices = |index: u32| triangles[index as usize].map(|vertex| positions[vertex as usize]);
         let few = Few::new(&tree, &frame, vertices).map(Kind::Few);
         let exact = || Exact::new(&tree, &frame, vertices).map(Kind::Exact);
