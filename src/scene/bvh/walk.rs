@@ -51,14 +51,18 @@ pub(super) fn nearest_first<S: Lanes>(
                 let first = next_lane(&mut hit);
                 if hit == 0 {
                     at = node.child[first];
+
+                    ask(s, nodes, at, &prefetch);
                     continue;
                 }
                 let mut t = [0.0; 8];
                 s.store(enter, &mut t);
-                let take = |lane: usize| waiting(t[lane], node.child[lane]);
+                let take = |lane: usize| {
+                    ask(s, nodes, node.child[lane], &prefetch);
+                    waiting(t[lane], node.child[lane])
+                };
                 let (a, b) = (take(first), take(next_lane(&mut hit)));
                 let (near, far) = (a.min(b), a.max(b));
-                ask(s, nodes, far as u32, &prefetch);
                 if hit == 0 {
                     stack.push(far);
                     at = near as u32;
@@ -66,7 +70,6 @@ pub(super) fn nearest_first<S: Lanes>(
                 }
                 let c = take(next_lane(&mut hit));
                 let (near, c) = (near.min(c), near.max(c));
-                ask(s, nodes, c as u32, &prefetch);
                 stack.push(far.max(c));
                 stack.push(far.min(c));
                 if hit == 0 {
@@ -115,6 +118,7 @@ pub(super) fn any<S: Lanes>(
             let (_, mut hit) = beam.enter(s, node, reach);
             if hit != 0 {
                 at = node.child[next_lane(&mut hit)];
+                ask(s, nodes, at, &prefetch);
                 while hit != 0 {
                     let child = node.child[next_lane(&mut hit)];
                     ask(s, nodes, child, &prefetch);
