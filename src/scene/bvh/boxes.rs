@@ -9,7 +9,7 @@ use super::kernel::{Lanes, Level, Task};
 use super::node::{Beam, Node};
 use super::query::{Frame, Query, Straight, up};
 use super::triangles::item;
-use super::walk;
+use super::walk::{self, Prefetch};
 use crate::scene::ray::Ray;
 
 /// Boxes of things that a caller intersects: spheres, disks, whole meshes.
@@ -82,6 +82,14 @@ impl BoxBvh {
     }
 }
 
+/// Leaves without memory of their own.
+struct Nothing;
+
+impl Prefetch for Nothing {
+    #[inline(always)]
+    fn prefetch<S: Lanes>(&self, _: S, _: u32) {}
+}
+
 struct Closest<'a, H> {
     tree: &'a BoxBvh,
     ray: &'a Ray,
@@ -97,24 +105,16 @@ impl<H: FnMut(u32, f64) -> Option<f64>> Task for Closest<'_, H> {
         let beam = Beam::new(narrow, &query.slabs::<Straight>(narrow));
         let mut best: Option<(u32, f64)> = None;
         let mut reach = query.reach;
-        walk::nearest_first(
-            narrow,
-            &self.tree.nodes,
-            self.tree.root?,
-            &beam,
-            reach,
-            |_| (),
-            |leaf| {
-                let thing = self.tree.things[leaf as usize];
-                if let Some(t) = (self.hit)(thing, self.ray.t_max)
-                    && best.is_none_or(|(other, least)| t < least || (t == least && thing < other))
-                {
-                    reach = up(t * self.tree.frame.scale);
-                    best = Some((thing, t));
-                }
-                reach
-            },
-        );
+        walk::nearest_first(narrow, &self.tree.nodes, self.tree.root?, &beam, reach, &Nothing, |leaf| {
+            let thing = self.tree.things[leaf as usize];
+            if let Some(t) = (self.hit)(thing, self.ray.t_max)
+                && best.is_none_or(|(other, least)| t < least || (t == least && thing < other))
+            {
+                reach = up(t * self.tree.frame.scale);
+                best = Some((thing, t));
+            }
+            reach
+        });
         best
     }
 }
@@ -133,15 +133,9 @@ impl<H: FnMut(u32, f64) -> bool> Task for Occluded<'_, H> {
         let Some(root) = self.tree.root else { return false };
         let Some(query) = Query::new::<Straight>(narrow, &self.tree.frame, self.ray) else { return false };
         let beam = Beam::new(narrow, &query.slabs::<Straight>(narrow));
-        walk::any(
-            narrow,
-            &self.tree.nodes,
-            root,
-            &beam,
-            query.reach,
-            |_| (),
-            |leaf| (self.hit)(self.tree.things[leaf as usize], self.ray.t_max),
-        )
+        walk::any(narrow, &self.tree.nodes, root, &beam, query.reach, &Nothing, |leaf| {
+            (self.hit)(self.tree.things[leaf as usize], self.ray.t_max)
+        })
     }
 }
 

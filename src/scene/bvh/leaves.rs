@@ -13,9 +13,10 @@ use super::kernel::{Lanes, in_huge_pages};
 use super::node::WIDTH;
 use super::probe::{Probe, Tested, cross, load3, longest_edge};
 use super::query::{Frame, Query};
+use super::walk::Prefetch;
 
 /// What the traversal asks of leaves.
-pub(super) trait Leaves {
+pub(super) trait Leaves: Prefetch {
     /// A ray for the first test.
     fn probe<S: Lanes>(&self, s: S, query: &Query<S>) -> Probe<S>;
     /// The first test.
@@ -26,8 +27,6 @@ pub(super) trait Leaves {
     fn triangle(&self, leaf: u32, lane: u32) -> u32;
     /// How long the tree's unit of length is, in that of the first test.
     fn unit(&self) -> f32;
-    /// Asks for a leaf that will be tested soon.
-    fn prefetch<S: Lanes>(&self, s: S, leaf: u32);
     /// What they occupy.
     fn memory_bytes(&self) -> usize;
 }
@@ -106,6 +105,13 @@ impl Exact {
     }
 }
 
+impl Prefetch for Exact {
+    #[inline(always)]
+    fn prefetch<S: Lanes>(&self, s: S, leaf: u32) {
+        s.prefetch(&self.blocks[leaf as usize]);
+    }
+}
+
 impl Leaves for Exact {
     #[inline(always)]
     fn probe<S: Lanes>(&self, s: S, query: &Query<S>) -> Probe<S> {
@@ -140,11 +146,6 @@ impl Leaves for Exact {
         self.unit as f32
     }
 
-    #[inline(always)]
-    fn prefetch<S: Lanes>(&self, s: S, leaf: u32) {
-        s.prefetch(&self.blocks[leaf as usize]);
-    }
-
     fn memory_bytes(&self) -> usize {
         self.blocks.capacity() * size_of::<Block>() + self.triangles.capacity() * size_of::<u32>()
     }
@@ -165,6 +166,13 @@ impl Rounded {
         let inside = |at: usize| corners[at].vertices().map(|v| frame.enter(v));
         let blocks = Block::of_tree(tree, 1.0, inside, |v| [v[0], v[1] - v[0], v[2] - v[0]]);
         Self { blocks, corners }
+    }
+}
+
+impl Prefetch for Rounded {
+    #[inline(always)]
+    fn prefetch<S: Lanes>(&self, s: S, leaf: u32) {
+        s.prefetch(&self.blocks[leaf as usize]);
     }
 }
 
@@ -195,11 +203,6 @@ impl Leaves for Rounded {
     #[inline(always)]
     fn unit(&self) -> f32 {
         1.0
-    }
-
-    #[inline(always)]
-    fn prefetch<S: Lanes>(&self, s: S, leaf: u32) {
-        s.prefetch(&self.blocks[leaf as usize]);
     }
 
     fn memory_bytes(&self) -> usize {

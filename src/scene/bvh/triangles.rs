@@ -199,32 +199,23 @@ impl<T: Twist> Closest<'_, T> {
         let probe = leaves.probe(s, &query);
         let mut best: Option<Found> = None;
         let mut reach = query.reach;
-        walk::nearest_first(
-            s,
-            &tree.nodes,
-            tree.root?,
-            &beam,
-            reach,
-            |leaf| leaves.prefetch(s, leaf),
-            |leaf| {
-                let tested = leaves.test(s, &probe, leaf);
-                let mut candidates = s.bits(tested.candidates(s, s.splat(reach * leaves.unit())));
-                while candidates != 0 {
-                    let lane = candidates.trailing_zeros();
-                    candidates &= candidates - 1;
-                    let Some(place) = Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max)
-                    else {
-                        continue;
-                    };
-                    let found = Found { place, leaf, lane };
-                    if best.as_ref().is_none_or(|best| found.before(best, leaves)) {
-                        reach = up(place.t * tree.frame.scale);
-                        best = Some(found);
-                    }
+        walk::nearest_first(s, &tree.nodes, tree.root?, &beam, reach, leaves, |leaf| {
+            let tested = leaves.test(s, &probe, leaf);
+            let mut candidates = s.bits(tested.candidates(s, s.splat(reach * leaves.unit())));
+            while candidates != 0 {
+                let lane = candidates.trailing_zeros();
+                candidates &= candidates - 1;
+                let Some(place) = Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max) else {
+                    continue;
+                };
+                let found = Found { place, leaf, lane };
+                if best.as_ref().is_none_or(|best| found.before(best, leaves)) {
+                    reach = up(place.t * tree.frame.scale);
+                    best = Some(found);
                 }
-                reach
-            },
-        );
+            }
+            reach
+        });
         best.map(|found| found.place.of(leaves.triangle(found.leaf, found.lane)))
     }
 }
@@ -274,31 +265,23 @@ impl<T: Twist> Occluded<'_, T> {
         let beam = Beam::new(s, &query.slabs::<T>(s));
         let probe = leaves.probe(s, &query);
         let reach = s.splat(query.reach * leaves.unit());
-        walk::any(
-            s,
-            &tree.nodes,
-            root,
-            &beam,
-            query.reach,
-            |leaf| leaves.prefetch(s, leaf),
-            |leaf| {
-                let tested = leaves.test(s, &probe, leaf);
-                let mut candidates = s.bits(tested.candidates(s, reach));
-                if candidates == 0 {
-                    return false;
-                }
-                if s.bits(tested.certain(s, reach)) != 0 {
+        walk::any(s, &tree.nodes, root, &beam, query.reach, leaves, |leaf| {
+            let tested = leaves.test(s, &probe, leaf);
+            let mut candidates = s.bits(tested.candidates(s, reach));
+            if candidates == 0 {
+                return false;
+            }
+            if s.bits(tested.certain(s, reach)) != 0 {
+                return true;
+            }
+            while candidates != 0 {
+                let lane = candidates.trailing_zeros();
+                candidates &= candidates - 1;
+                if Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some() {
                     return true;
                 }
-                while candidates != 0 {
-                    let lane = candidates.trailing_zeros();
-                    candidates &= candidates - 1;
-                    if Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some() {
-                        return true;
-                    }
-                }
-                false
-            },
-        )
+            }
+            false
+        })
     }
 }

@@ -19,13 +19,19 @@ fn next_lane(hit: &mut u32) -> usize {
     lane
 }
 
+/// What has leaves that can be asked for. Not a closure: called from several places, it would not be inlined.
+pub(super) trait Prefetch {
+    /// Asks for a leaf that will be visited soon.
+    fn prefetch<S: Lanes>(&self, s: S, leaf: u32);
+}
+
 /// Asks for a child that will be visited soon.
 #[inline(always)]
-fn ask<S: Lanes>(s: S, nodes: &[Node], child: u32, prefetch: &impl Fn(u32)) {
+fn ask<S: Lanes>(s: S, nodes: &[Node], child: u32, leaves: &impl Prefetch) {
     if child & LEAF == 0 {
         s.prefetch(&nodes[child as usize]);
     } else {
-        prefetch(child ^ LEAF);
+        leaves.prefetch(s, child ^ LEAF);
     }
 }
 
@@ -37,7 +43,7 @@ pub(super) fn nearest_first<S: Lanes>(
     root: u32,
     beam: &Beam<S>,
     mut reach: f32,
-    prefetch: impl Fn(u32),
+    leaves: &impl Prefetch,
     mut visit: impl FnMut(u32) -> f32,
 ) {
     let mut stack = Stack::new();
@@ -52,13 +58,13 @@ pub(super) fn nearest_first<S: Lanes>(
                 if hit == 0 {
                     at = node.child[first];
 
-                    ask(s, nodes, at, &prefetch);
+                    ask(s, nodes, at, leaves);
                     continue;
                 }
                 let mut t = [0.0; 8];
                 s.store(enter, &mut t);
                 let take = |lane: usize| {
-                    ask(s, nodes, node.child[lane], &prefetch);
+                    ask(s, nodes, node.child[lane], leaves);
                     waiting(t[lane], node.child[lane])
                 };
                 let (a, b) = (take(first), take(next_lane(&mut hit)));
@@ -106,7 +112,7 @@ pub(super) fn any<S: Lanes>(
     root: u32,
     beam: &Beam<S>,
     reach: f32,
-    prefetch: impl Fn(u32),
+    leaves: &impl Prefetch,
     mut visit: impl FnMut(u32) -> bool,
 ) -> bool {
     let mut stack = Stack::new();
@@ -118,10 +124,10 @@ pub(super) fn any<S: Lanes>(
             let (_, mut hit) = beam.enter(s, node, reach);
             if hit != 0 {
                 at = node.child[next_lane(&mut hit)];
-                ask(s, nodes, at, &prefetch);
+                ask(s, nodes, at, leaves);
                 while hit != 0 {
                     let child = node.child[next_lane(&mut hit)];
-                    ask(s, nodes, child, &prefetch);
+                    ask(s, nodes, child, leaves);
                     stack.push(u64::from(child));
                 }
                 continue;

@@ -123,6 +123,12 @@ pub(super) trait Task {
     fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> Self::Output;
 }
 
+/// Out of line, as the others are: callers should not be filled with what hardly any machine runs.
+#[inline(never)]
+fn run_portable<T: Task>(task: T) -> T::Output {
+    task.run(Portable, Portable)
+}
+
 /// A set of instructions that this machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Level(Kind);
@@ -170,7 +176,7 @@ impl Level {
     #[inline(always)]
     pub(super) fn run<T: Task>(self, task: T) -> T::Output {
         match self.0 {
-            Kind::Portable => task.run(Portable, Portable),
+            Kind::Portable => run_portable(task),
             // SAFETY: a level other than `Portable` exists only if `all` has found the machine to have its instructions.
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => unsafe { x86::run_avx2(task) },
