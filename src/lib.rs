@@ -1,11 +1,11 @@
-//! The numerics of BRDFs: models with their samplers, integrals that state their error, and one sheet of verdicts for
-//! any BRDF.
+//! The numerics of BRDFs and of the rendering equation: models with their samplers, integrals that state their error, one
+//! sheet of verdicts for any BRDF, and path-traced images with the error of every pixel.
 //!
 //! ```text
-//! math -> sampling -> bsdf -> integrate -> validate -> report -> cli
-//!          uniforms    f       albedo       verdicts    tables    SUBJECT -> exit status
-//!          -> wi       pdf     ± error      power       plots
-//!                      sample               twins       HTML
+//! math -> image -> sampling -> bsdf -> integrate -> validate -> scene -> render -> report -> cli
+//!         pixels   uniforms    f       albedo       verdicts    shapes   paths     tables    SUBJECT, SCENE
+//!         files    -> wi       pdf     ± error      power       lights   film      plots     -> exit status
+//!                              sample               twins       rays     furnace   HTML
 //! ```
 //! No module knows a later one, and a test sees to it.
 //!

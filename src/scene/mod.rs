@@ -117,6 +117,12 @@ impl Scene {
                 materials: materials.len(),
             });
         }
+        // A connection would find all of its light, a ray that meets it by chance only the share that is there.
+        let shines = |shape: &&Shape| shape.emission.is_some_and(|emission| !emission.is_black());
+        if let Some(shape) = shapes.iter().filter(shines).find(|s| materials[s.material].opacity().is_some()) {
+            let reason = "a masked surface may not emit".into();
+            return Err(BuildError::Shape { shape: shape.name.clone(), reason });
+        }
         let surfaces = Surfaces::new(&shapes)?;
         let emitters = Emitters::new(&shapes, &lights, &surfaces)?;
         let needs_tangent = materials.iter().map(Material::needs_tangent).collect();

@@ -336,6 +336,7 @@ mod tests {
     use super::*;
     use crate::math::sum::Moments;
     use crate::scene::{Camera, FilmSettings, FilterKind, Geometry, Material, RenderSettings, SceneDescription, Shape};
+    use glam::{DAffine3, DQuat};
 
     /// The inside of a sphere of radius 1 with this albedo and emission 1/2.
     fn furnace(rho: f64) -> Scene {
@@ -399,6 +400,59 @@ mod tests {
                     // 4.5 sigma over 48 cases: one in 3000 seeds.
                     assert!(gap <= 4.5 * moments.std_err() + 1e-12, "{tracer:?}: {} against {exact}", moments.mean());
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_mask_is_an_event_and_strategies_agree_behind_it() {
+        // A white floor under a constant sky, below a sheet that is black and there by two thirds.
+        let build = |sheet_emits: bool| {
+            let rectangle = |name: &str, z: f64, material: usize, emission: Option<Rgb>| Shape {
+                name: name.into(),
+                geometry: Geometry::Rectangle {
+                    to_world: DAffine3::from_scale_rotation_translation(
+                        DVec3::new(1e3, 1e3, 1.0),
+                        DQuat::IDENTITY,
+                        DVec3::new(0.0, 0.0, z),
+                    ),
+                },
+                flip_normals: false,
+                material,
+                emission,
+            };
+            let sheet = Material::diffuse("sheet", Rgb::BLACK.into()).with_opacity(Rgb::grey(2.0 / 3.0).into());
+            Scene::new(SceneDescription {
+                name: "sheet".into(),
+                camera: Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 90.0),
+                film: FilmSettings { width: 1, height: 1, filter: FilterKind::Box },
+                render: RenderSettings::default(),
+                materials: vec![Material::diffuse("floor", Rgb::WHITE.into()), sheet],
+                shapes: vec![
+                    rectangle("floor", 0.0, 0, None),
+                    rectangle("sheet", 1e-3, 1, sheet_emits.then_some(Rgb::WHITE)),
+                ],
+                lights: vec![crate::scene::Light::Constant { radiance: Rgb::WHITE }],
+            })
+        };
+        assert!(build(true).is_err(), "a connection would find light that is not there");
+        let scene = build(false).unwrap();
+        // Past the sheet twice, and one reflection: 1/9 with three events, nothing with two.
+        for strategy in [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect] {
+            for (bounces, exact) in [(2, 0.0), (3, 1.0 / 9.0)] {
+                let tracer =
+                    PathTracer { strategy, bounces: Some(bounces), roulette: Roulette::Off, ..PathTracer::default() };
+                let (mut moments, mut sampler) = (Moments::default(), Independent::new(3));
+                for sample in 0..40_000 {
+                    sampler.begin(0, sample);
+                    let ray = Ray::new(DVec3::new(0.3, 0.2, 1.0), DVec3::new(0.0, 0.6, -0.8));
+                    moments.add(tracer.radiance(&scene, ray, &mut sampler).0.x);
+                }
+                // 4.5 sigma over 4 cases with noise; the sheet ends a thousand units away, which a ray in 1e6 sees.
+                assert!(
+                    (moments.mean() - exact).abs() <= 4.5 * moments.std_err() + 1e-5,
+                    "{strategy:?} {bounces}: {moments:?}"
+                );
             }
         }
     }
