@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Radiance;
+use super::{Radiance, Sample, WAVE};
 use crate::math::color::Rgb;
 use crate::math::sum::Moments;
 use crate::sampling::sampler::{Independent, Sampler};
@@ -72,11 +72,15 @@ impl Probe {
         ray: &(dyn Fn(&mut dyn Sampler) -> Ray + Sync),
         samples: Range<u64>,
     ) -> impl Iterator<Item = Rgb> {
-        let mut sampler = Independent::new(self.seed);
-        samples.map(move |sample| {
-            sampler.begin(self.number, sample);
-            let ray = ray(&mut sampler);
-            tracer.radiance_independent(scene, ray, &mut sampler)
+        let ask = move |number: u64| {
+            let mut sampler = Independent::new(self.seed);
+            sampler.begin(self.number, number);
+            Sample::new(ray(&mut sampler), sampler)
+        };
+        samples.clone().step_by(WAVE).flat_map(move |first| {
+            let mut wave: Vec<_> = (first..samples.end.min(first + WAVE as u64)).map(ask).collect();
+            tracer.radiances(scene, &mut wave);
+            wave.into_iter().map(|sample| sample.radiance)
         })
     }
 }

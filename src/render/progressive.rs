@@ -9,9 +9,9 @@ use std::time::Instant;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::Radiance;
 use super::film::{Film, Pixel};
 use super::filter::Filter;
+use super::{Radiance, Sample, WAVE};
 use crate::sampling::sampler::{Independent, Sampler, SamplerKind};
 use crate::scene::{Scene, rays};
 
@@ -143,12 +143,7 @@ fn raise(job: &Job, film: &mut Film, target: u64, interrupted: &AtomicBool) -> u
             }
             let before = rays::cast();
             match job.sampler {
-                SamplerKind::Independent => {
-                    let mut sampler = Independent::new(job.seed);
-                    for (i, pixel) in pixels.iter_mut().enumerate() {
-                        job.raise_pixel(chunk * CHUNK + i, width, pixel, target, &mut sampler);
-                    }
-                }
+                SamplerKind::Independent => job.raise_pixels(chunk * CHUNK, width, pixels, target),
             }
             rays::cast() - before
         })
@@ -157,15 +152,38 @@ fn raise(job: &Job, film: &mut Film, target: u64, interrupted: &AtomicBool) -> u
 }
 
 impl Job<'_> {
-    /// Brings the pixel of this number up to `target` samples.
-    fn raise_pixel(&self, number: usize, width: usize, pixel: &mut Pixel, target: u64, sampler: &mut Independent) {
-        let centre = DVec2::new((number % width) as f64, (number / width) as f64) + 0.5;
-        for sample in drawn(pixel)..target {
-            sampler.begin(number as u64, sample);
-            let (offset, weight) = self.filter.sample(sampler.next_2d());
-            let lens = if self.scene.camera().has_lens() { sampler.next_2d() } else { DVec2::ZERO };
-            let ray = self.scene.camera_ray(centre + offset, lens);
-            pixel.add(self.radiance.radiance_independent(self.scene, ray, sampler) * weight);
+    /// Brings the pixels, the first of which has this number, up to `target` samples.
+    fn raise_pixels(&self, first: usize, width: usize, pixels: &mut [Pixel], target: u64) {
+        let mut wave = Vec::with_capacity(WAVE);
+        let mut places = Vec::with_capacity(WAVE);
+        for i in 0..pixels.len() {
+            for number in drawn(&pixels[i])..target {
+                let (sample, weight) = self.sample(first + i, width, number);
+                wave.push(sample);
+                places.push((i, weight));
+                if wave.len() == WAVE {
+                    self.develop(&mut wave, &mut places, pixels);
+                }
+            }
+        }
+        self.develop(&mut wave, &mut places, pixels);
+    }
+
+    /// The ray of a sample of a pixel, and the weight that the filter gives it.
+    fn sample(&self, pixel: usize, width: usize, number: u64) -> (Sample, f64) {
+        let mut sampler = Independent::new(self.seed);
+        sampler.begin(pixel as u64, number);
+        let (offset, weight) = self.filter.sample(sampler.next_2d());
+        let lens = if self.scene.camera().has_lens() { sampler.next_2d() } else { DVec2::ZERO };
+        let centre = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + 0.5;
+        (Sample::new(self.scene.camera_ray(centre + offset, lens), sampler), weight)
+    }
+
+    /// Traces the samples and adds each to the pixel of its place.
+    fn develop(&self, wave: &mut Vec<Sample>, places: &mut Vec<(usize, f64)>, pixels: &mut [Pixel]) {
+        self.radiance.radiances(self.scene, wave);
+        for (sample, (pixel, weight)) in wave.drain(..).zip(places.drain(..)) {
+            pixels[pixel].add(sample.radiance * weight);
         }
     }
 }

@@ -196,9 +196,22 @@ impl Scene {
     )]
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<Surface> {
+        self.closest(ray).map(|hit| self.surface(ray, &hit))
+    }
+
+    /// Where the ray meets the nearest surface.
+    #[allow(clippy::inline_always, reason = "as for `intersect`")]
+    #[inline(always)]
+    pub(crate) fn closest(&self, ray: &Ray) -> Option<Hit> {
         rays::count();
-        let hit = self.surfaces.closest(ray)?;
-        Some(self.surfaces.surface(ray, &hit, |shape| self.needs_tangent[self.shapes[shape].material]))
+        self.surfaces.closest(ray)
+    }
+
+    /// The surface that the ray has met.
+    #[allow(clippy::inline_always, reason = "as for `intersect`")]
+    #[inline(always)]
+    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        self.surfaces.surface(ray, hit, |shape| self.needs_tangent[self.shapes[shape].material])
     }
 
     /// How much of the light along the ray gets through to its end, past at most `masks` masked surfaces: 0 or 1, and

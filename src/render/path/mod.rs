@@ -18,19 +18,18 @@
 
 mod roulette;
 mod vertex;
+mod walk;
+mod wave;
 
 pub use roulette::Roulette;
 
-use glam::DVec3;
-
-use super::Radiance;
-use crate::bsdf::{BsdfSample, Density, Lobes};
+use super::{Radiance, Sample};
 use crate::math::color::Rgb;
-use crate::sampling::sampler::{Independent, Sampler};
-use crate::scene::bvh::Work;
-use crate::scene::{LightSampling, Ray, Scene, Surface, opaque_share};
+use crate::sampling::sampler::Sampler;
+use crate::scene::{LightSampling, Ray, Scene};
 
-use vertex::Vertex;
+use walk::Walk;
+use wave::Wave;
 
 /// How light is found. See the module's table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,232 +101,29 @@ impl Default for PathTracer {
     }
 }
 
-/// A path on its way.
-#[derive(Clone, Copy, Debug)]
-struct Path {
-    ray: Ray,
-    /// Product of the weights so far.
-    throughput: Rgb,
-    /// How often it has been scattered.
-    depth: u32,
-    last: Last,
-}
-
-/// Where the last direction came from, as far as the weight of emission at its end depends on it.
-#[derive(Clone, Copy, Debug)]
-enum Last {
-    /// From the camera or a Dirac lobe: no connection could have found the same.
-    Sole,
-    /// From a surface at `p`, with this density [1/sr].
-    Smooth { p: DVec3, pdf: f64 },
-}
-
-impl Radiance for PathTracer {
-    fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
-        self.trace(scene, ray, sampler)
-    }
-
-    fn radiance_independent(&self, scene: &Scene, ray: Ray, sampler: &mut Independent) -> Rgb {
-        scene.accelerate(Trace { tracer: self, scene, ray, sampler })
-    }
-}
-
-/// One path, to be traced with the best instructions of the machine.
-struct Trace<'a> {
-    tracer: &'a PathTracer,
-    scene: &'a Scene,
-    ray: Ray,
-    sampler: &'a mut Independent,
-}
-
-impl Work for Trace<'_> {
-    type Output = Rgb;
-
-    #[allow(clippy::inline_always, reason = "inlined into a function that has those instructions enabled")]
-    #[inline(always)]
-    fn run(self) -> Rgb {
-        self.tracer.trace(self.scene, self.ray, self.sampler)
-    }
-}
-
 impl PathTracer {
     fn limit(&self) -> u32 {
         self.bounces.unwrap_or(u32::MAX)
     }
+}
 
-    #[allow(clippy::inline_always, reason = "as for `Trace::run`")]
-    #[inline(always)]
-    fn trace<S: Sampler + ?Sized>(&self, scene: &Scene, ray: Ray, sampler: &mut S) -> Rgb {
-        let mut path = Path { ray, throughput: Rgb::WHITE, depth: 0, last: Last::Sole };
-        let mut sum = Rgb::BLACK;
-        let Some(surface) = self.arrive(scene, &mut path, sampler, &mut sum) else { return sum };
-        let ways = self.first_split.max(1);
-        let mut rest = Rgb::BLACK;
-        for _ in 0..ways {
-            rest += self.follow(scene, path, surface, sampler);
-        }
-        sum + rest / f64::from(ways)
-    }
-
-    /// Casts the path's ray: adds the emission that it finds to `sum`; the surface from which it goes on, if it may.
-    #[allow(
-        clippy::inline_always,
-        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
-    )]
-    #[inline(always)]
-    fn arrive<S: Sampler + ?Sized>(
-        &self,
-        scene: &Scene,
-        path: &mut Path,
-        sampler: &mut S,
-        sum: &mut Rgb,
-    ) -> Option<Surface> {
+impl Radiance for PathTracer {
+    fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
+        let mut walk = Walk::new(ray);
         loop {
-            let Some(surface) = scene.intersect(&path.ray) else {
-                for (radiance, pdf) in scene.emitters().escaped(path.ray.dir) {
-                    *sum += path.throughput * radiance * self.share(path.last, |_| pdf);
-                }
-                return None;
-            };
-            if let Some(opacity) = scene.material_of(surface.shape).opacity()
-                && sampler.next_1d() >= opaque_share(opacity, &surface)
-            {
-                path.depth += 1;
-                if path.depth > self.limit() {
-                    return None;
-                }
-                path.ray = scene.leave(&surface, path.ray.dir);
-                continue;
-            }
-            if let Some((emitter, radiance)) = scene.emitters().emitted(&surface, -path.ray.dir) {
-                let pdf = |p| scene.emitters().pdf(self.light_sampling, emitter, p, path.ray.dir, &surface);
-                *sum += path.throughput * radiance * self.share(path.last, pdf);
-            }
-            return (path.depth < self.limit()).then_some(surface);
-        }
-    }
-
-    /// The weight of emission found by chance, where a connection from p would have found it with density `pdf(p)`.
-    #[allow(
-        clippy::inline_always,
-        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
-    )]
-    #[inline(always)]
-    fn share(&self, last: Last, pdf: impl Fn(DVec3) -> f64) -> f64 {
-        match (self.strategy, last) {
-            (Strategy::Bsdf, _) | (_, Last::Sole) => 1.0,
-            (Strategy::Mis, Last::Smooth { p, pdf: found }) => self.heuristic.weight(found, pdf(p)),
-            (Strategy::Direct | Strategy::RandomConnect, Last::Smooth { .. }) => 0.0,
-        }
-    }
-
-    /// Everything that the path brings from `surface` on.
-    #[allow(
-        clippy::inline_always,
-        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
-    )]
-    #[inline(always)]
-    fn follow<S: Sampler + ?Sized>(&self, scene: &Scene, mut path: Path, from: Surface, sampler: &mut S) -> Rgb {
-        let mut sum = Rgb::BLACK;
-        let mut surface = from;
-        loop {
-            let vertex = Vertex::new(scene, &path.ray, &surface);
-            if matches!(self.strategy, Strategy::Mis | Strategy::Direct) {
-                sum += path.throughput * self.connect(scene, &path, &vertex, sampler);
-            }
-            let mut drawn = vertex.sample(sampler.next_uniforms());
-            if self.strategy == Strategy::RandomConnect {
-                let chance = self.chance_to_connect(&path, &vertex, drawn.as_ref());
-                if sampler.next_1d() < chance {
-                    return sum + path.throughput * self.connect(scene, &path, &vertex, sampler) / chance;
-                }
-                // In the weight, so that roulette knows: two games that each stop a path for what it loses at a surface
-                // would leave the survivors with an infinite variance.
-                if let Some(drawn) = &mut drawn {
-                    drawn.weight = drawn.weight / (1.0 - chance);
-                }
-            }
-            let Some(drawn) = drawn else { return sum };
-            if !self.scatter(scene, &mut path, &vertex, &drawn, sampler) {
-                return sum;
-            }
-            match self.arrive(scene, &mut path, sampler, &mut sum) {
-                Some(next) => surface = next,
-                None => return sum,
+            walk.cast(scene);
+            let goes_on = walk.step(self, scene, sampler);
+            walk.receive(scene);
+            if !goes_on {
+                return walk.sum();
             }
         }
     }
 
-    /// The light that reaches `vertex` from an emitter and is scattered along the path.
-    #[allow(
-        clippy::inline_always,
-        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
-    )]
-    #[inline(always)]
-    fn connect<S: Sampler + ?Sized>(&self, scene: &Scene, path: &Path, vertex: &Vertex, sampler: &mut S) -> Rgb {
-        let (choice, u) = (sampler.next_1d(), sampler.next_2d());
-        let Some(light) = scene.emitters().sample(self.light_sampling, vertex.surface.p, choice, u) else {
-            return Rgb::BLACK;
-        };
-        let (f_cos, pdf) = vertex.eval(light.wi);
-        if f_cos.is_black() {
-            return Rgb::BLACK;
+    fn radiances(&self, scene: &Scene, samples: &mut [Sample]) {
+        for samples in samples.chunks_mut(wave::MOST) {
+            scene.accelerate(Wave { tracer: self, scene, samples });
         }
-        let weight = match light.density {
-            Density::SolidAngle(p) if self.strategy == Strategy::Mis => self.heuristic.weight(p, pdf) / p,
-            Density::SolidAngle(p) | Density::Dirac(p) => 1.0 / p,
-        };
-        let shadow_ray = scene.shadow_ray(vertex.surface, &light);
-        let masks = self.limit() - path.depth - 1;
-        f_cos * light.radiance * scene.transmittance(&shadow_ray, masks) * weight
-    }
-
-    /// The probability of ending the path by a connection at `vertex`: the same for each of the bounces that are left,
-    /// or, without a limit, what keeps the weight of going on near 1.
-    fn chance_to_connect(&self, path: &Path, vertex: &Vertex, drawn: Option<&BsdfSample>) -> f64 {
-        let Some(limit) = self.bounces else {
-            // Below .01 a white furnace would hardly end, and above it a room of albedo ρ would have an infinite variance
-            // from ρ² = 1 − .01 on; above .5 direct light is already worth every second path.
-            return drawn.map_or(0.5, |drawn| (1.0 - drawn.weight.max_channel()).clamp(0.01, 0.5));
-        };
-        // A Dirac lobe brings what no connection at this surface can: one more to pick from.
-        let beyond = u32::from(vertex.bsdf.lobes().contains(Lobes::DIRAC));
-        1.0 / f64::from(limit - path.depth + beyond)
-    }
-
-    /// Sends the path on along `drawn`; false where it ends.
-    #[allow(
-        clippy::inline_always,
-        reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
-    )]
-    #[inline(always)]
-    fn scatter<S: Sampler + ?Sized>(
-        &self,
-        scene: &Scene,
-        path: &mut Path,
-        vertex: &Vertex,
-        drawn: &BsdfSample,
-        sampler: &mut S,
-    ) -> bool {
-        path.depth += 1;
-        path.throughput = path.throughput * drawn.weight;
-        path.last = match drawn.density {
-            Density::SolidAngle(pdf) => Last::Smooth { p: vertex.surface.p, pdf },
-            Density::Dirac(_) => Last::Sole,
-        };
-        let connects = matches!(self.strategy, Strategy::Direct | Strategy::RandomConnect);
-        if connects && path.depth == self.limit() && matches!(path.last, Last::Smooth { .. }) {
-            return false; // What its ray could find has been connected to.
-        }
-        let survival = self.roulette.survival(path.depth, drawn.weight, path.throughput);
-        if survival < 1.0 {
-            if sampler.next_1d() >= survival {
-                return false;
-            }
-            path.throughput = path.throughput / survival;
-        }
-        path.ray = scene.leave(vertex.surface, vertex.frame.to_world(drawn.wi));
-        !path.throughput.is_black()
     }
 }
 
@@ -335,8 +131,10 @@ impl PathTracer {
 mod tests {
     use super::*;
     use crate::math::sum::Moments;
+    use crate::sampling::sampler::Independent;
+    use crate::scene::builtin::builtin;
     use crate::scene::{Camera, FilmSettings, FilterKind, Geometry, Material, RenderSettings, SceneDescription, Shape};
-    use glam::{DAffine3, DQuat};
+    use glam::{DAffine3, DQuat, DVec2, DVec3};
 
     /// The inside of a sphere of radius 1 with this albedo and emission 1/2.
     fn furnace(rho: f64) -> Scene {
@@ -453,6 +251,27 @@ mod tests {
                     (moments.mean() - exact).abs() <= 4.5 * moments.std_err() + 1e-5,
                     "{strategy:?} {bounces}: {moments:?}"
                 );
+            }
+        }
+    }
+    #[test]
+    fn a_wave_has_the_bits_of_each_path_alone() {
+        let scene = Scene::new(builtin("cornell-original", &[]).unwrap().unwrap()).unwrap();
+        for strategy in [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect] {
+            for (first_split, bounces) in [(1, None), (3, Some(4))] {
+                let tracer = PathTracer { strategy, bounces, first_split, ..PathTracer::default() };
+                let sample = |number: usize| {
+                    let mut sampler = Independent::new(5);
+                    sampler.begin(0, number as u64);
+                    Sample::new(scene.camera_ray(512.0 * sampler.next_2d(), DVec2::ZERO), sampler)
+                };
+                // Waves that are full, and one that is not.
+                let mut samples: Vec<Sample> = (0..2 * wave::MOST + 5).map(sample).collect();
+                let alone: Vec<Rgb> =
+                    samples.clone().iter_mut().map(|s| tracer.radiance(&scene, s.ray, &mut s.sampler)).collect();
+                tracer.radiances(&scene, &mut samples);
+                assert!(samples.iter().map(|s| s.radiance).eq(alone), "{tracer:?}");
+                assert!(samples.iter().any(|s| !s.radiance.is_black()));
             }
         }
     }
