@@ -118,8 +118,10 @@ pub fn sin_cos_turns(t: f64) -> (f64, f64) {
         + y2 * (1.0 / 40_320.0 - y * (1.0 / 3_628_800.0))
         + y4 * ((1.0 / 479_001_600.0 - y * (1.0 / 87_178_291_200.0)) + y2 * (1.0 / 20_922_789_888_000.0));
     let (sin, cos) = (x + x * y * sin, (1.0 - 0.5 * y) + y2 * cos);
-    let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, sin) };
-    // Bit 1 of the quarter is the sign of the sine, that of the next quarter the sign of the cosine; no branch.
+    // No branches, which random turns would make wrong half of the time: an odd quarter exchanges the two, bit 1 of the
+    // quarter is the sign of the sine, that of the next quarter the sign of the cosine.
+    let swap = (sin.to_bits() ^ cos.to_bits()) & (quarter as u64 & 1).wrapping_neg();
+    let (sin, cos) = (f64::from_bits(sin.to_bits() ^ swap), f64::from_bits(cos.to_bits() ^ swap));
     let signed = |value: f64, turn: i64| f64::from_bits(value.to_bits() ^ ((turn as u64 & 2) << 62));
     (signed(sin, quarter), signed(cos, quarter + 1))
 }

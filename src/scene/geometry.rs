@@ -51,7 +51,8 @@ struct TriangleRecord {
 /// What the triangles of a shape have beside their corners.
 #[derive(Clone, Debug, Default)]
 struct Attributes {
-    mesh: Option<std::sync::Arc<Mesh>>,
+    /// The mesh, if it has anything of its own at its vertices.
+    interpolated: Option<std::sync::Arc<Mesh>>,
     first_triangle: u32,
     /// 1, or −1 where the shape is turned inside out.
     sign: f64,
@@ -115,7 +116,9 @@ impl Surfaces {
                 }
             }
             quadrics.extend(quadric.map(|quadric| (quadric, number as u32)));
-            attributes.push(Attributes { mesh, first_triangle: first_triangle as u32, sign });
+            let interpolated =
+                mesh.filter(|mesh| !(mesh.normals().is_empty() && mesh.uvs().is_empty() && mesh.colors().is_empty()));
+            attributes.push(Attributes { interpolated, first_triangle: first_triangle as u32, sign });
         }
         let boxes: Vec<_> = quadrics.iter().map(|(quadric, _)| quadric.bounds()).collect();
         let triangle_bvh = TriangleBvh::build(&positions, &triangles);
@@ -161,7 +164,7 @@ impl Surfaces {
         };
         let shape = record.shape as usize;
         let attributes = &self.attributes[shape];
-        let plain = Surface {
+        let mut surface = Surface {
             p,
             ng: record.ng,
             frame: Frame::about(record.ng),
@@ -170,16 +173,14 @@ impl Surfaces {
             shape,
             primitive: at,
         };
-        match &attributes.mesh {
-            Some(mesh) if !(mesh.normals().is_empty() && mesh.uvs().is_empty() && mesh.colors().is_empty()) => {
-                Self::dress(plain, mesh, attributes, hit, tangent(shape))
-            }
-            _ => plain,
+        if let Some(mesh) = &attributes.interpolated {
+            Self::dress(&mut surface, mesh, attributes, hit, tangent(shape));
         }
+        surface
     }
 
     /// Adds what is interpolated between the corners.
-    fn dress(mut s: Surface, mesh: &Mesh, attributes: &Attributes, hit: &Hit, tangent: bool) -> Surface {
+    fn dress(s: &mut Surface, mesh: &Mesh, attributes: &Attributes, hit: &Hit, tangent: bool) {
         let [i, j, k] = mesh.triangles()[s.primitive - attributes.first_triangle as usize].map(|i| i as usize);
         let (b0, b1, b2) = (1.0 - hit.b1 - hit.b2, hit.b1, hit.b2);
         let mut n = s.ng;
@@ -204,7 +205,6 @@ impl Surfaces {
         if let colors @ [_, ..] = mesh.colors() {
             s.color = colors[i] * b0 + colors[j] * b1 + colors[k] * b2;
         }
-        s
     }
 
     fn quadric_surface(&self, p: DVec3, primitive: usize) -> Surface {

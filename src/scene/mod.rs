@@ -32,8 +32,9 @@ use glam::{DVec2, DVec3};
 use thiserror::Error;
 
 use crate::math::color::Rgb;
+use emitter::Target;
 use geometry::Surfaces;
-use ray::offset_origin_within;
+use ray::{NO_TRIANGLE, offset_origin_within};
 
 /// A scene, ready for rays.
 #[derive(Debug)]
@@ -238,7 +239,8 @@ impl Scene {
     /// The ray that leaves a surface along `dir`, started just off it.
     #[inline]
     pub fn leave(&self, surface: &Surface, dir: DVec3) -> Ray {
-        Ray::new(offset_origin_within(surface.p, surface.ng, dir, self.extent), dir)
+        let origin = offset_origin_within(surface.p, surface.ng, dir, self.extent);
+        Ray { beside: [surface.primitive as u32, NO_TRIANGLE, NO_TRIANGLE], ..Ray::new(origin, dir) }
     }
 
     /// The ray from a surface to a point drawn on an emitter, both ends just off.
@@ -247,10 +249,11 @@ impl Scene {
         let ray = self.leave(surface, light.wi);
         match light.target {
             None => ray,
-            Some((q, nq)) => {
-                let way = offset_origin_within(q, nq, -light.wi, self.extent) - ray.origin;
+            Some(Target { point, normal, triangles: [first, second] }) => {
+                let way = offset_origin_within(point, normal, -light.wi, self.extent) - ray.origin;
                 let distance = way.length();
-                Ray::up_to(ray.origin, way / distance, distance)
+                let [start, ..] = ray.beside;
+                Ray { beside: [start, first, second], ..Ray::up_to(ray.origin, way / distance, distance) }
             }
         }
     }

@@ -11,17 +11,22 @@ pub struct Ray {
     pub dir: DVec3,
     /// The distance up to which it looks, itself excluded.
     pub t_max: f64,
+    /// Triangles that need not be looked at, since the ray starts or ends just off them: being plane, they cannot be met.
+    pub(super) beside: [u32; 3],
 }
+
+/// The number of no triangle.
+pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
 impl Ray {
     /// A ray without end.
     pub const fn new(origin: DVec3, dir: DVec3) -> Self {
-        Self { origin, dir, t_max: f64::INFINITY }
+        Self::up_to(origin, dir, f64::INFINITY)
     }
 
     /// A ray that looks as far as `t_max`, exclusive.
     pub const fn up_to(origin: DVec3, dir: DVec3, t_max: f64) -> Self {
-        Self { origin, dir, t_max }
+        Self { origin, dir, t_max, beside: [NO_TRIANGLE; 3] }
     }
 
     /// The point at distance `t`.

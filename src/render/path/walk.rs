@@ -91,6 +91,12 @@ impl Walk {
         };
     }
 
+    /// Whether light was promised at the last step.
+    #[inline(always)]
+    pub(super) fn is_promised_light(&self) -> bool {
+        self.promised.is_some()
+    }
+
     /// Takes the light that was promised at the last step, if it gets through.
     #[inline(always)]
     pub(super) fn receive(&mut self, scene: &Scene) {

@@ -3,6 +3,8 @@
 //! All paths cast their rays, then all are scattered, then all ask for the light that they were promised. Each has the
 //! same bits as alone.
 
+#![allow(clippy::inline_always, reason = "inlined into a function that has the best instructions enabled")]
+
 use super::PathTracer;
 use super::walk::Walk;
 use crate::render::{Sample, WAVE};
@@ -22,30 +24,56 @@ pub(super) struct Wave<'a> {
 impl Work for Wave<'_> {
     type Output = ();
 
-    #[allow(clippy::inline_always, reason = "inlined into a function that has those instructions enabled")]
     #[inline(always)]
     fn run(self) {
         let Self { tracer, scene, samples } = self;
         let mut walks: Vec<Walk> = samples.iter().map(|sample| Walk::new(sample.ray)).collect();
-        let mut under_way: Vec<usize> = (0..samples.len()).collect();
-        let mut going_on = under_way.clone();
+        let mut under_way = List::default();
+        for i in 0..walks.len() {
+            under_way.push_if(true, i);
+        }
         while !under_way.is_empty() {
-            for &i in &under_way {
+            for i in under_way.paths() {
                 walks[i].cast(scene);
             }
-            going_on.clear();
-            for &i in &under_way {
-                if walks[i].step(tracer, scene, &mut samples[i].sampler) {
-                    going_on.push(i);
-                }
+            let (mut promised, mut going_on) = (List::default(), List::default());
+            for i in under_way.paths() {
+                going_on.push_if(walks[i].step(tracer, scene, &mut samples[i].sampler), i);
+                promised.push_if(walks[i].is_promised_light(), i);
             }
-            for &i in &under_way {
+            for i in promised.paths() {
                 walks[i].receive(scene);
             }
-            std::mem::swap(&mut under_way, &mut going_on);
+            under_way = going_on;
         }
         for (sample, walk) in samples.iter_mut().zip(&walks) {
             sample.radiance = walk.sum();
         }
+    }
+}
+
+/// Some of the paths. Which ones is not known to any predictor, so there is no branch on it.
+#[derive(Default)]
+struct List {
+    /// The first `count` count.
+    numbers: [u8; MOST],
+    count: usize,
+}
+
+impl List {
+    #[inline(always)]
+    fn push_if(&mut self, yes: bool, path: usize) {
+        self.numbers[self.count % MOST] = path as u8;
+        self.count += usize::from(yes);
+    }
+
+    #[inline(always)]
+    fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    #[inline(always)]
+    fn paths(&self) -> impl Iterator<Item = usize> {
+        self.numbers.iter().take(self.count).map(|&number| usize::from(number))
     }
 }

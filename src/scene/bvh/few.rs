@@ -33,6 +33,8 @@ struct Batch {
 pub(super) struct Few {
     batches: Vec<Batch>,
     corners: Vec<Corners>,
+    /// Of each triangle by its index, its lane's bit; 0 for those that cannot be hit.
+    bit_of: Vec<u64>,
 }
 
 impl Few {
@@ -55,12 +57,26 @@ impl Few {
             }
             Batch { rows, longest: longest_edge(triangles, 1.0) }
         };
-        Some(Self { batches: triangles.chunks(LANES).map(batch).collect(), corners })
+        let mut bit_of = vec![0; corners.iter().map(|t| t.triangle() as usize + 1).max().unwrap_or(0)];
+        for (lane, corners) in corners.iter().enumerate() {
+            bit_of[corners.triangle() as usize] = 1 << lane;
+        }
+        Some(Self { batches: triangles.chunks(LANES).map(batch).collect(), corners, bit_of })
     }
 
     /// What they occupy.
     pub(super) fn memory_bytes(&self) -> usize {
-        self.batches.capacity() * size_of::<Batch>() + self.corners.capacity() * size_of::<Corners>()
+        self.batches.capacity() * size_of::<Batch>()
+            + self.corners.capacity() * size_of::<Corners>()
+            + self.bit_of.capacity() * size_of::<u64>()
+    }
+
+    /// The triangles just off which the ray neither starts nor ends.
+    #[inline(always)]
+    fn not_beside(&self, ray: &Ray) -> u64 {
+        let bit = |triangle: u32| self.bit_of.get(triangle as usize).copied().unwrap_or(0);
+        let [a, b, c] = ray.beside;
+        !(bit(a) | bit(b) | bit(c))
     }
 
     /// The nearest hit.
@@ -72,11 +88,12 @@ impl Few {
         let far = s.splat(f32::INFINITY);
         let mut bounds = Bounds([[f32::INFINITY; LANES]; MOST]);
         let mut least = far;
+        let allowed = self.not_beside(ray);
         let mut candidates = 0_u64;
         for (at, batch) in self.batches.iter().take(MOST).enumerate() {
             for from in (0..LANES).step_by(S::LANES) {
                 let tested = batch.test(s, &probe, from);
-                let mask = tested.candidates(s, reach);
+                let mask = s.and(tested.candidates(s, reach), s.mask((allowed >> (at * LANES + from)) as u32));
                 let bound = s.select(mask, tested.no_nearer_than(s), far);
                 least = s.min(least, bound);
                 s.store(bound, &mut bounds.0[at][from..]);
@@ -114,6 +131,7 @@ impl Few {
         let Some(query) = Query::new::<T>(s, frame, ray) else { return false };
         let probe = Probe::new(s, &query);
         let reach = s.splat(query.reach);
+        let allowed = self.not_beside(ray);
         let (mut candidates, mut certain) = (0_u64, 0);
         for (at, batch) in self.batches.iter().take(MOST).enumerate() {
             for from in (0..LANES).step_by(S::LANES) {
@@ -122,6 +140,8 @@ impl Few {
                 certain |= s.bits(tested.certain(s, reach));
             }
         }
+        // What is certain is not beside the ray.
+        candidates &= allowed;
         if certain != 0 || candidates == 0 {
             return certain != 0;
         }

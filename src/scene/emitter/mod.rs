@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3};
 use super::BuildError;
 use super::geometry::{Surface, Surfaces};
 use super::light::Light;
+use super::ray::NO_TRIANGLE;
 use super::shape::Shape;
 use crate::bsdf::Density;
 use crate::math::color::Rgb;
@@ -40,13 +41,22 @@ pub struct LightSample {
     pub radiance: Rgb,
     /// The density of the draw, the choice of the emitter included.
     pub density: Density,
-    /// The point of the emitter and its normal, if it is not infinitely far.
-    pub(super) target: Option<(DVec3, DVec3)>,
+    /// The point of the emitter, if it is not infinitely far.
+    pub(super) target: Option<Target>,
+}
+
+/// A point of an emitter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+    /// The triangles of which the point is one, or two that are plane together.
+    pub(super) triangles: [u32; 2],
 }
 
 #[derive(Clone, Debug)]
 enum Emitter {
-    Area { shape: AreaEmitter, radiance: Rgb },
+    Area { shape: AreaEmitter, radiance: Rgb, triangles: [u32; 2] },
     Point { position: DVec3, intensity: Rgb },
     Spot { position: DVec3, axis: DVec3, intensity: Rgb, beam: f64, cutoff: f64 },
     Directional { towards: DVec3, irradiance: Rgb },
@@ -93,22 +103,25 @@ impl Emitters {
             let next = (triangle + 1 < surfaces.triangle_count() && surfaces.triangle_shape(triangle + 1) == shape)
                 .then(|| surfaces.corners(triangle + 1));
             of_primitive[triangle] = number;
+            let mut triangles = [triangle as u32; 2];
             let shape = match next.and_then(|next| AreaEmitter::rectangle_of(here, next)) {
                 Some(rectangle) => {
                     triangle += 1;
                     of_primitive[triangle] = number;
+                    triangles[1] = triangle as u32;
                     rectangle
                 }
                 None => AreaEmitter::triangle(here),
             };
-            emitters.push(Emitter::Area { shape, radiance });
+            emitters.push(Emitter::Area { shape, radiance, triangles });
             triangle += 1;
         }
         for (i, (quadric, shape)) in surfaces.quadrics().iter().enumerate() {
             if let Some(radiance) = radiance_of(*shape as usize) {
                 of_primitive[surfaces.triangle_count() + i] = emitters.len() as u32;
                 let inside_out = surfaces.is_inside_out(*shape as usize);
-                emitters.push(Emitter::Area { shape: AreaEmitter::quadric(*quadric, inside_out), radiance });
+                let shape = AreaEmitter::quadric(*quadric, inside_out);
+                emitters.push(Emitter::Area { shape, radiance, triangles: [NO_TRIANGLE; 2] });
             }
         }
         for (i, light) in lights.iter().enumerate() {
@@ -137,13 +150,13 @@ impl Emitters {
     pub fn sample(&self, by: LightSampling, p: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
         let (number, probability, _) = self.choice.as_ref()?.pick(choice);
         let mut sample = match &self.all[number] {
-            Emitter::Area { shape, radiance } => {
+            Emitter::Area { shape, radiance, triangles } => {
                 let drawn = shape.sample(by, p, u)?;
                 LightSample {
                     wi: drawn.wi,
                     radiance: *radiance,
                     density: Density::SolidAngle(drawn.pdf),
-                    target: Some((drawn.point, drawn.normal)),
+                    target: Some(Target { point: drawn.point, normal: drawn.normal, triangles: *triangles }),
                 }
             }
             Emitter::Point { position, intensity } => point(p, *position, *intensity)?,
@@ -232,7 +245,7 @@ impl Emitter {
     fn power(&self, radius: f64) -> f64 {
         use std::f64::consts::{PI, TAU};
         match self {
-            Self::Area { shape, radiance } => PI * shape.area() * radiance.mean(),
+            Self::Area { shape, radiance, .. } => PI * shape.area() * radiance.mean(),
             Self::Point { intensity, .. } => 2.0 * TAU * intensity.mean(),
             Self::Spot { intensity, beam, cutoff, .. } => {
                 TAU * (1.0 - (0.5 * (beam + cutoff)).cos()) * intensity.mean()

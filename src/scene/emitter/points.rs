@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::LightSample;
+use super::{LightSample, Target};
 use crate::bsdf::Density;
 use crate::math::color::Rgb;
+use crate::scene::ray::NO_TRIANGLE;
 
 /// The irradiance I / d² from a point.
 pub(super) fn point(p: DVec3, position: DVec3, intensity: Rgb) -> Option<LightSample> {
@@ -16,7 +17,7 @@ pub(super) fn point(p: DVec3, position: DVec3, intensity: Rgb) -> Option<LightSa
         wi,
         radiance: intensity / distance2,
         density: Density::Dirac(1.0),
-        target: Some((position, -wi)),
+        target: Some(Target { point: position, normal: -wi, triangles: [NO_TRIANGLE; 2] }),
     })
 }
 

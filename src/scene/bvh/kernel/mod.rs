@@ -62,6 +62,8 @@ pub(super) trait Lanes: Copy {
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
     /// Lane i as bit i.
     fn bits(self, a: Self::M) -> u32;
+    /// Bit i as lane i.
+    fn mask(self, bits: u32) -> Self::M;
 
     /// Four numbers in f64. The fourth is along for the ride.
     type D: Copy;
@@ -200,7 +202,7 @@ mod tests {
         fn run<N: Lanes, W: Lanes>(self, narrow: N, wide: W) -> Vec<Vec<f32>> {
             fn all<S: Lanes>(s: S, rows: &[[f32; 16]; 3]) -> Vec<Vec<f32>> {
                 let [a, b, c] = [s.load(&rows[0]), s.load(&rows[1]), s.load(&rows[2])];
-                let mask = s.bits(s.and(s.le(a, b), s.le(b, c)));
+                let mask = s.bits(s.and(s.le(a, b), s.mask(s.bits(s.le(b, c)))));
                 let results = [
                     s.sub(a, b),
                     s.mul(a, b),

@@ -176,4 +176,8 @@ impl Lanes for Portable {
     fn bits(self, a: [bool; 8]) -> u32 {
         a.iter().enumerate().fold(0, |bits, (i, &lane)| bits | u32::from(lane) << i)
     }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> [bool; 8] {
+        std::array::from_fn(|i| bits >> i & 1 == 1)
+    }
 }

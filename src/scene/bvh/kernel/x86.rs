@@ -289,6 +289,15 @@ impl Lanes for Avx2 {
         // SAFETY: as above.
         unsafe { _mm256_movemask_ps(a).cast_unsigned() }
     }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> __m256 {
+        // SAFETY: as above.
+        unsafe {
+            let bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = _mm256_and_si256(bit, _mm256_set1_epi32(bits.cast_signed()));
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, bit))
+        }
+    }
 }
 
 impl Lanes for Avx512Half {
@@ -344,6 +353,10 @@ impl Lanes for Avx512Half {
     #[inline(always)]
     fn bits(self, a: __mmask8) -> u32 {
         u32::from(a)
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> __mmask8 {
+        bits as u8
     }
 }
 
@@ -403,5 +416,9 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn bits(self, a: __mmask16) -> u32 {
         u32::from(a)
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> __mmask16 {
+        bits as u16
     }
 }
