@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::bvh::{Aabb, BoxBvh, TriangleBvh, Work};
+use super::bvh::{Aabb, BoxBvh, TriangleBvh, TriangleHit, Work};
 use super::mesh::Mesh;
 use super::quadric::Quadric;
 use super::shape::{Geometry, Shape};
@@ -132,7 +132,18 @@ impl Surfaces {
     )]
     #[inline(always)]
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.triangle_bvh.closest(ray);
+        self.nearest_with_quadrics(ray, self.triangle_bvh.closest(ray))
+    }
+
+    /// [`Self::closest`] of each ray: faster for those that go nearly the same way.
+    pub(super) fn closest_of_each(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        let mut of_triangles = vec![None; rays.len()];
+        self.triangle_bvh.closest_of_each(rays, &mut of_triangles);
+        hits.extend(rays.iter().zip(of_triangles).map(|(ray, hit)| self.nearest_with_quadrics(ray, hit)));
+    }
+
+    #[inline]
+    fn nearest_with_quadrics(&self, ray: &Ray, hit: Option<TriangleHit>) -> Option<Hit> {
         let hit = hit.map(|hit| Hit { t: hit.t, primitive: hit.triangle, b1: hit.b1, b2: hit.b2 });
         if self.quadrics.is_empty() { hit } else { self.closest_quadric(ray, hit) }
     }

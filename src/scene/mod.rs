@@ -204,8 +204,14 @@ impl Scene {
     #[allow(clippy::inline_always, reason = "as for `intersect`")]
     #[inline(always)]
     pub(crate) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        rays::count();
+        rays::count(1);
         self.surfaces.closest(ray)
+    }
+
+    /// [`Self::closest`] of each ray, appended to `hits`: faster for rays that go nearly the same way.
+    pub(crate) fn closest_of_each(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        rays::count(rays.len() as u64);
+        self.surfaces.closest_of_each(rays, hits);
     }
 
     /// The surface that the ray has met.
@@ -226,7 +232,7 @@ impl Scene {
         if self.masked {
             return self.through_masks(*ray, masks);
         }
-        rays::count();
+        rays::count(1);
         if self.surfaces.occluded(ray) { Rgb::BLACK } else { Rgb::WHITE }
     }
 

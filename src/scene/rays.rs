@@ -6,10 +6,10 @@ thread_local! {
     static CAST: Cell<u64> = const { Cell::new(0) };
 }
 
-/// One more ray.
+/// So many more rays.
 #[inline]
-pub(super) fn count() {
-    CAST.set(CAST.get() + 1);
+pub(super) fn count(rays: u64) {
+    CAST.set(CAST.get() + rays);
 }
 
 /// The number of rays that this thread has cast so far: differences count the work in between.

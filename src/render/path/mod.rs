@@ -109,14 +109,14 @@ impl PathTracer {
 
 impl Radiance for PathTracer {
     fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
-        let mut walk = Walk::new(ray);
+        let mut walk = Walk::new(ray, scene.closest(&ray));
         loop {
-            walk.cast(scene);
             let goes_on = walk.step(self, scene, sampler);
             walk.receive(scene);
             if !goes_on {
                 return walk.sum();
             }
+            walk.cast(scene);
         }
     }
 

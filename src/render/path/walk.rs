@@ -13,8 +13,8 @@ use crate::math::color::Rgb;
 use crate::sampling::sampler::Sampler;
 use crate::scene::{Hit, Ray, Scene, Surface, opaque_share};
 
-/// A path on its way. It [casts](Self::cast) its ray, makes a [step](Self::step) at what that has met, [receives](Self::receive)
-/// the light that it has connected to there, and so on.
+/// A path on its way. It makes a [step](Self::step) at what its ray has met, [receives](Self::receive) the light that it has
+/// connected to there, [casts](Self::cast) its next ray, and so on.
 #[derive(Clone, Debug)]
 pub(super) struct Walk {
     ray: Ray,
@@ -61,12 +61,12 @@ struct Fork {
 }
 
 impl Walk {
-    /// A path that begins with this ray.
+    /// A path that begins with this ray, which has been cast already.
     #[inline(always)]
-    pub(super) fn new(ray: Ray) -> Self {
+    pub(super) fn new(ray: Ray, hit: Option<Hit>) -> Self {
         Self {
             ray,
-            hit: None,
+            hit,
             throughput: Rgb::WHITE,
             depth: 0,
             last: Last::Sole,

@@ -8,8 +8,8 @@
 use super::PathTracer;
 use super::walk::Walk;
 use crate::render::{Sample, WAVE};
-use crate::scene::Scene;
 use crate::scene::bvh::Work;
+use crate::scene::{Ray, Scene};
 
 /// Paths under way at once, at most.
 pub(super) const MOST: usize = WAVE;
@@ -27,15 +27,16 @@ impl Work for Wave<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { tracer, scene, samples } = self;
-        let mut walks: Vec<Walk> = samples.iter().map(|sample| Walk::new(sample.ray)).collect();
+        // Samples that come together are often of neighbouring pixels.
+        let rays: Vec<Ray> = samples.iter().map(|sample| sample.ray).collect();
+        let mut hits = Vec::with_capacity(rays.len());
+        scene.closest_of_each(&rays, &mut hits);
+        let mut walks: Vec<Walk> = rays.into_iter().zip(hits).map(|(ray, hit)| Walk::new(ray, hit)).collect();
         let mut under_way = List::default();
         for i in 0..walks.len() {
             under_way.push_if(true, i);
         }
         while !under_way.is_empty() {
-            for i in under_way.paths() {
-                walks[i].cast(scene);
-            }
             let (mut promised, mut going_on) = (List::default(), List::default());
             for i in under_way.paths() {
                 going_on.push_if(walks[i].step(tracer, scene, &mut samples[i].sampler), i);
@@ -45,6 +46,9 @@ impl Work for Wave<'_> {
                 walks[i].receive(scene);
             }
             under_way = going_on;
+            for i in under_way.paths() {
+                walks[i].cast(scene);
+            }
         }
         for (sample, walk) in samples.iter_mut().zip(&walks) {
             sample.radiance = walk.sum();

@@ -9,7 +9,7 @@ use super::kernel::{Lanes, Level, Task};
 use super::node::{Beam, Node};
 use super::query::{Frame, Query, Straight, up};
 use super::triangles::item;
-use super::walk::{self, Prefetch};
+use super::walk::{self, Prefetch, Visit};
 use crate::scene::ray::Ray;
 
 /// Boxes of things that a caller intersects: spheres, disks, whole meshes.
@@ -100,22 +100,34 @@ impl<H: FnMut(u32, f64) -> Option<f64>> Task for Closest<'_, H> {
     type Output = Option<(u32, f64)>;
 
     #[inline(always)]
-    fn run<N: Lanes, W: Lanes>(mut self, narrow: N, _: W) -> Option<(u32, f64)> {
+    fn run<N: Lanes, W: Lanes>(self, narrow: N, _: W) -> Option<(u32, f64)> {
         let query = Query::new::<Straight>(narrow, &self.tree.frame, self.ray)?;
         let beam = Beam::new(narrow, &query.slabs::<Straight>(narrow));
-        let mut best: Option<(u32, f64)> = None;
-        let mut reach = query.reach;
-        walk::nearest_first(narrow, &self.tree.nodes, self.tree.root?, &beam, reach, &Nothing, |leaf| {
-            let thing = self.tree.things[leaf as usize];
-            if let Some(t) = (self.hit)(thing, self.ray.t_max)
-                && best.is_none_or(|(other, least)| t < least || (t == least && thing < other))
-            {
-                reach = up(t * self.tree.frame.scale);
-                best = Some((thing, t));
-            }
-            reach
-        });
-        best
+        let (nodes, root, reach) = (&self.tree.nodes, self.tree.root?, query.reach);
+        let mut nearest = Nearest { of: self, best: None, reach };
+        walk::nearest_first(narrow, nodes, root, &beam, reach, &Nothing, &mut nearest);
+        nearest.best
+    }
+}
+
+struct Nearest<'a, H> {
+    of: Closest<'a, H>,
+    best: Option<(u32, f64)>,
+    reach: f32,
+}
+
+impl<S, H: FnMut(u32, f64) -> Option<f64>> Visit<S> for Nearest<'_, H> {
+    #[inline(always)]
+    fn visit(&mut self, _: S, leaf: u32) -> f32 {
+        let Closest { tree, ray, hit } = &mut self.of;
+        let thing = tree.things[leaf as usize];
+        if let Some(t) = hit(thing, ray.t_max)
+            && self.best.is_none_or(|(other, least)| t < least || (t == least && thing < other))
+        {
+            self.reach = up(t * tree.frame.scale);
+            self.best = Some((thing, t));
+        }
+        self.reach
     }
 }
 

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::build::Tree;
 use super::exact::{Corners, Shear, TriangleHit};
 use super::kernel::Lanes;
-use super::probe::{Probe, Tested, load3, longest_edge};
+use super::probe::{Probe, Start, Triangles, load3, longest_edge};
 use super::query::{Frame, Query, Twist, up};
 use crate::scene::ray::Ray;
 
@@ -83,7 +83,7 @@ impl Few {
     #[inline(always)]
     pub(super) fn closest<T: Twist, S: Lanes>(&self, s: S, frame: &Frame, ray: &Ray) -> Option<TriangleHit> {
         let query = Query::new::<T>(s, frame, ray)?;
-        let probe = Probe::new(s, &query);
+        let probe = Probe::new(s, &query, &Start { origin: query.origin, slack: query.slack });
         let reach = s.splat(query.reach);
         let far = s.splat(f32::INFINITY);
         let mut bounds = Bounds([[f32::INFINITY; LANES]; MOST]);
@@ -92,7 +92,7 @@ impl Few {
         let mut candidates = 0_u64;
         for (at, batch) in self.batches.iter().take(MOST).enumerate() {
             for from in (0..LANES).step_by(S::LANES) {
-                let tested = batch.test(s, &probe, from);
+                let tested = batch.triangles(s, from).test(s, &probe);
                 let mask = s.and(tested.candidates(s, reach), s.mask((allowed >> (at * LANES + from)) as u32));
                 let bound = s.select(mask, tested.no_nearer_than(s), far);
                 least = s.min(least, bound);
@@ -129,13 +129,13 @@ impl Few {
     #[inline(always)]
     pub(super) fn occluded<T: Twist, S: Lanes>(&self, s: S, frame: &Frame, ray: &Ray) -> bool {
         let Some(query) = Query::new::<T>(s, frame, ray) else { return false };
-        let probe = Probe::new(s, &query);
+        let probe = Probe::new(s, &query, &Start { origin: query.origin, slack: query.slack });
         let reach = s.splat(query.reach);
         let allowed = self.not_beside(ray);
         let (mut candidates, mut certain) = (0_u64, 0);
         for (at, batch) in self.batches.iter().take(MOST).enumerate() {
             for from in (0..LANES).step_by(S::LANES) {
-                let tested = batch.test(s, &probe, from);
+                let tested = batch.triangles(s, from).test(s, &probe);
                 candidates |= u64::from(s.bits(tested.candidates(s, reach))) << (at * LANES + from);
                 certain |= s.bits(tested.certain(s, reach));
             }
@@ -159,12 +159,12 @@ impl Few {
 }
 
 impl Batch {
-    /// Tests the triangles of a vector that begins at lane `from`.
+    /// The triangles of a vector that begins at lane `from`.
     #[inline(always)]
-    fn test<S: Lanes>(&self, s: S, probe: &Probe<S>, from: usize) -> Tested<S> {
+    fn triangles<S: Lanes>(&self, s: S, from: usize) -> Triangles<S> {
         let [v0, e1, e2, n] = &self.rows;
         let (v0, e1, e2, n) = (load3(s, v0, from), load3(s, e1, from), load3(s, e2, from), load3(s, n, from));
-        probe.test(s, probe.see(s, v0), e1, e2, n, self.longest)
+        Triangles { v0, e1, e2, n, longest: self.longest }
     }
 }
 

@@ -11,16 +11,16 @@ use super::build::{Item, Tree};
 use super::exact::Corners;
 use super::kernel::{Lanes, in_huge_pages};
 use super::node::WIDTH;
-use super::probe::{Probe, Tested, cross, load3, longest_edge};
+use super::probe::{Start, Triangles, cross, load3, longest_edge};
 use super::query::{Frame, Query};
 use super::walk::Prefetch;
 
 /// What the traversal asks of leaves.
 pub(super) trait Leaves: Prefetch {
-    /// A ray for the first test.
-    fn probe<S: Lanes>(&self, s: S, query: &Query<S>) -> Probe<S>;
-    /// The first test.
-    fn test<S: Lanes>(&self, s: S, probe: &Probe<S>, leaf: u32) -> Tested<S>;
+    /// Where a ray starts, for the first test.
+    fn start<S: Lanes>(&self, s: S, query: &Query<S>) -> Start<S>;
+    /// The triangles of a leaf, for the first test. Absent ones are at NaN, and come last.
+    fn triangles<S: Lanes>(&self, s: S, leaf: u32) -> Triangles<S>;
     /// A coordinate of the three vertices of a triangle.
     fn row<S: Lanes>(&self, s: S, leaf: u32, lane: u32, axis: usize) -> S::D;
     /// The triangle's index.
@@ -114,20 +114,20 @@ impl Prefetch for Exact {
 
 impl Leaves for Exact {
     #[inline(always)]
-    fn probe<S: Lanes>(&self, s: S, query: &Query<S>) -> Probe<S> {
+    fn start<S: Lanes>(&self, s: S, query: &Query<S>) -> Start<S> {
         // C = (v0 − o) − rest: the first difference is rounded by EPS |C| at most, o plus rest is good to 2⁻⁴⁸ |o|.
         let size = s.quad_first(s.quad_sum(s.quad_copysign(query.world, s.quad_splat(1.0))));
-        Probe::from(s, query, query.world, (f64::from(query.slack) * (self.unit + size * 1e-6)) as f32)
+        Start { origin: query.world, slack: (f64::from(query.slack) * (self.unit + size * 1e-6)) as f32 }
     }
 
     #[inline(always)]
-    fn test<S: Lanes>(&self, s: S, probe: &Probe<S>, leaf: u32) -> Tested<S> {
+    fn triangles<S: Lanes>(&self, s: S, leaf: u32) -> Triangles<S> {
         let block = &self.blocks[leaf as usize];
         let [v0, v1, v2] = &block.rows;
         let (v0, v1, v2) = (load3(s, v0, 0), load3(s, v1, 0), load3(s, v2, 0));
         let edge = |v: [S::F; 3]| [s.sub(v[0], v0[0]), s.sub(v[1], v0[1]), s.sub(v[2], v0[2])];
         let (e1, e2) = (edge(v1), edge(v2));
-        probe.test(s, probe.see(s, v0), e1, e2, cross(s, e1, e2), block.longest)
+        Triangles { v0, e1, e2, n: cross(s, e1, e2), longest: block.longest }
     }
 
     #[inline(always)]
@@ -178,16 +178,16 @@ impl Prefetch for Rounded {
 
 impl Leaves for Rounded {
     #[inline(always)]
-    fn probe<S: Lanes>(&self, s: S, query: &Query<S>) -> Probe<S> {
-        Probe::new(s, query)
+    fn start<S: Lanes>(&self, _: S, query: &Query<S>) -> Start<S> {
+        Start { origin: query.origin, slack: query.slack }
     }
 
     #[inline(always)]
-    fn test<S: Lanes>(&self, s: S, probe: &Probe<S>, leaf: u32) -> Tested<S> {
+    fn triangles<S: Lanes>(&self, s: S, leaf: u32) -> Triangles<S> {
         let block = &self.blocks[leaf as usize];
         let [v0, e1, e2] = &block.rows;
         let (v0, e1, e2) = (load3(s, v0, 0), load3(s, e1, 0), load3(s, e2, 0));
-        probe.test(s, probe.see(s, v0), e1, e2, cross(s, e1, e2), block.longest)
+        Triangles { v0, e1, e2, n: cross(s, e1, e2), longest: block.longest }
     }
 
     #[inline(always)]

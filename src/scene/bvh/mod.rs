@@ -7,10 +7,12 @@
 mod aabb;
 mod boxes;
 mod build;
+mod bundle;
 mod exact;
 mod few;
 mod kernel;
 mod leaves;
+mod nearest;
 mod node;
 mod probe;
 mod query;

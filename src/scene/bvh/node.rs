@@ -27,6 +27,16 @@ impl Node {
     pub(super) const EMPTY: Self =
         Self { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], child: [LEAF; WIDTH] };
 
+    /// The corners of a child's box that a ray meets first and last, and the child: see [`LEAF`].
+    #[inline(always)]
+    pub(super) fn child_of(&self, lane: usize, backwards: u32) -> ([[f32; 3]; 2], u32) {
+        let corner = |other: u32| {
+            let plane = |k: usize| self.planes[k][(backwards >> k & 1 ^ other) as usize][lane];
+            [plane(0), plane(1), plane(2)]
+        };
+        ([corner(0), corner(1)], self.child[lane])
+    }
+
     /// Puts a child into a lane.
     pub(super) fn set(&mut self, lane: usize, lo: Vec4, hi: Vec4, child: u32) {
         for axis in 0..3 {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::kernel::Lanes;
 use super::query::Query;
 
-/// A [`Query`]'s part for triangles, with every number in all lanes.
+/// A [`Query`]'s part for triangles: a ray in every lane, the same one or others.
 pub(super) struct Probe<S: Lanes> {
     origin: [S::F; 3],
     /// What the origin's rounding left out.
@@ -56,50 +56,65 @@ fn dot<S: Lanes>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
 }
 
+/// Where a ray starts in the coordinates of some triangles, and the slack that its U, V, W have there for each unit of the
+/// longest edge.
+pub(super) struct Start<S: Lanes> {
+    pub(super) origin: S::D,
+    pub(super) slack: f32,
+}
+
+impl<S: Lanes> Start<S> {
+    /// Origin, what its rounding leaves out, and direction in f32.
+    #[inline(always)]
+    pub(super) fn rounded(&self, s: S, query: &Query<S>) -> [S::H; 3] {
+        let origin = s.narrow(self.origin);
+        [origin, s.narrow(s.quad_sub(self.origin, s.widen(origin))), s.narrow(query.dir)]
+    }
+}
+
 impl<S: Lanes> Probe<S> {
-    /// For triangles in the tree's coordinates.
+    /// One ray in all lanes.
     #[inline(always)]
-    pub(super) fn new(s: S, query: &Query<S>) -> Self {
-        Self::from(s, query, query.origin, query.slack)
+    pub(super) fn new(s: S, query: &Query<S>, start: &Start<S>) -> Self {
+        let [origin, rest, dir] = start.rounded(s, query);
+        Self::of_lanes([s.spread(origin), s.spread(rest), s.spread(dir)], start.slack)
     }
 
-    /// For triangles in the coordinates in which the ray has this origin, with this slack.
+    /// Rays side by side: their [`Start::rounded`], and the greatest slack of any.
     #[inline(always)]
-    pub(super) fn from(s: S, query: &Query<S>, origin: S::D, slack: f32) -> Self {
-        let rounded = s.narrow(origin);
-        let rest = s.narrow(s.quad_sub(origin, s.widen(rounded)));
-        Self { origin: s.spread(rounded), rest: s.spread(rest), dir: s.spread(s.narrow(query.dir)), slack }
+    pub(super) fn of_lanes([origin, rest, dir]: [[S::F; 3]; 3], slack: f32) -> Self {
+        Self { origin, rest, dir, slack }
     }
+}
 
-    /// C of [`Query`]: the first vertices as seen from the ray's origin.
-    #[inline(always)]
-    pub(super) fn see(&self, s: S, v0: [S::F; 3]) -> [S::F; 3] {
-        let see = |k: usize| s.sub(s.sub(v0[k], self.origin[k]), self.rest[k]);
-        [see(0), see(1), see(2)]
-    }
+/// Triangles by what their test needs: the first vertex, the edges from there, and these edges' cross product.
+pub(super) struct Triangles<S: Lanes> {
+    pub(super) v0: [S::F; 3],
+    pub(super) e1: [S::F; 3],
+    pub(super) e2: [S::F; 3],
+    pub(super) n: [S::F; 3],
+    /// No edge is longer.
+    pub(super) longest: f32,
+}
 
-    /// Tests triangles given by C, e1, e2 and n of [`Query`], no edge being longer than `longest`.
+impl<S: Lanes> Triangles<S> {
+    /// Lane by lane, a triangle with a ray.
     #[inline(always)]
-    pub(super) fn test(
-        &self,
-        s: S,
-        c: [S::F; 3],
-        e1: [S::F; 3],
-        e2: [S::F; 3],
-        n: [S::F; 3],
-        longest: f32,
-    ) -> Tested<S> {
-        let moment = cross(s, c, self.dir);
-        let det = dot(s, n, self.dir);
+    pub(super) fn test(&self, s: S, probe: &Probe<S>) -> Tested<S> {
+        let see = |k: usize| s.sub(s.sub(self.v0[k], probe.origin[k]), probe.rest[k]);
+        // C of [`Query`].
+        let c = [see(0), see(1), see(2)];
+        let moment = cross(s, c, probe.dir);
+        let det = dot(s, self.n, probe.dir);
         let sign = s.sign(det);
         let det = s.flip(det, sign);
-        let u = s.flip(dot(s, moment, e2), sign);
-        let minus_v = s.flip(dot(s, moment, e1), sign);
-        let depth = s.flip(dot(s, n, c), sign);
+        let u = s.flip(dot(s, moment, self.e2), sign);
+        let minus_v = s.flip(dot(s, moment, self.e1), sign);
+        let depth = s.flip(dot(s, self.n, c), sign);
         let w = s.sub(det, s.sub(u, minus_v));
         let inside = s.min(w, s.min(u, s.flip(minus_v, s.splat(-0.0))));
-        let slack = self.slack * longest;
-        Tested { inside, depth, det, slack: s.splat(slack), depth_slack: s.splat(slack * longest) }
+        let slack = probe.slack * self.longest;
+        Tested { inside, depth, det, slack: s.splat(slack), depth_slack: s.splat(slack * self.longest) }
     }
 }
 

@@ -35,7 +35,13 @@ fn ask<S: Lanes>(s: S, nodes: &[Node], child: u32, leaves: &impl Prefetch) {
     }
 }
 
-/// Visits the leaves that the ray enters before `reach`, near ones first. A visit returns the reach from then on.
+/// What is done at a leaf. Not a closure, for the same reason.
+pub(super) trait Visit<S> {
+    /// Visits the leaf and returns the reach from then on.
+    fn visit(&mut self, s: S, leaf: u32) -> f32;
+}
+
+/// Visits the leaves that the ray enters before `reach`, near ones first.
 #[inline(always)]
 pub(super) fn nearest_first<S: Lanes>(
     s: S,
@@ -44,7 +50,7 @@ pub(super) fn nearest_first<S: Lanes>(
     beam: &Beam<S>,
     mut reach: f32,
     leaves: &impl Prefetch,
-    mut visit: impl FnMut(u32) -> f32,
+    visitor: &mut impl Visit<S>,
 ) {
     let mut stack = Stack::new();
     let mut at = root;
@@ -91,7 +97,7 @@ pub(super) fn nearest_first<S: Lanes>(
                 stack.sort_top(count);
             }
         } else {
-            reach = visit(at ^ LEAF);
+            reach = visitor.visit(s, at ^ LEAF);
             limit = s.splat(reach);
         }
         at = loop {

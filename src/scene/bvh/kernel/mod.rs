@@ -104,6 +104,8 @@ pub(super) trait Lanes: Copy {
     fn quad_of_one_sign(self, a: Self::D) -> bool;
     /// From an array, the fourth being 0.
     fn half(self, x: [f32; 3]) -> Self::H;
+    /// To an array.
+    fn half_array(self, a: Self::H) -> [f32; 4];
     /// Rounded to f32.
     fn narrow(self, a: Self::D) -> Self::H;
     /// As f64.

@@ -161,6 +161,10 @@ impl Lanes for Portable {
         [x, y, z, 0.0]
     }
     #[inline(always)]
+    fn half_array(self, a: [f32; 4]) -> [f32; 4] {
+        a
+    }
+    #[inline(always)]
     fn narrow(self, a: [f64; 4]) -> [f32; 4] {
         [a[0] as f32, a[1] as f32, a[2] as f32, a[3] as f32]
     }

@@ -214,6 +214,13 @@ macro_rules! quads {
             unsafe { _mm_setr_ps(x, y, z, 0.0) }
         }
         #[inline(always)]
+        fn half_array(self, a: __m128) -> [f32; 4] {
+            let mut x = [0.0; 4];
+            // SAFETY: there is room for four.
+            unsafe { _mm_storeu_ps(x.as_mut_ptr(), a) };
+            x
+        }
+        #[inline(always)]
         fn narrow(self, a: __m256d) -> __m128 {
             // SAFETY: as above.
             unsafe { _mm256_cvtpd_ps(a) }
