@@ -29,6 +29,13 @@ impl Ray {
         Self { origin, dir, t_max, beside: [NO_TRIANGLE; 3] }
     }
 
+    /// Whether the triangle of this number need not be looked at.
+    #[inline]
+    pub(super) fn is_beside(&self, triangle: u32) -> bool {
+        let [a, b, c] = self.beside;
+        (a == triangle) | (b == triangle) | (c == triangle)
+    }
+
     /// The point at distance `t`.
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.dir

@@ -93,6 +93,9 @@ impl Nearest {
         leaf: u32,
         lane: u32,
     ) {
+        if ray.is_beside(leaves.triangle(leaf, lane)) {
+            return;
+        }
         let Some(place) = Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max) else { return };
         let found = Found { place, leaf, lane };
         if self.best.as_ref().is_none_or(|best| found.before(best, leaves)) {

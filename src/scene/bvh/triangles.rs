@@ -303,7 +303,9 @@ impl<T: Twist> Occluded<'_, T> {
             while candidates != 0 {
                 let lane = candidates.trailing_zeros();
                 candidates &= candidates - 1;
-                if Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some() {
+                if !ray.is_beside(leaves.triangle(leaf, lane))
+                    && Shear::new(s, ray).hit(s, |axis| leaves.row(s, leaf, lane, axis), ray.t_max).is_some()
+                {
                     return true;
                 }
             }
