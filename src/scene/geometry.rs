@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::bvh::{Aabb, BoxBvh, TriangleBvh, TriangleHit, Work};
+use super::bvh::{Aabb, BoxBvh, TriangleBvh, TriangleHit, Work, prefetch};
 use super::mesh::Mesh;
 use super::quadric::Quadric;
 use super::shape::{Geometry, Shape};
@@ -145,6 +145,9 @@ impl Surfaces {
     #[inline]
     fn nearest_with_quadrics(&self, ray: &Ray, hit: Option<TriangleHit>) -> Option<Hit> {
         let hit = hit.map(|hit| Hit { t: hit.t, primitive: hit.triangle, b1: hit.b1, b2: hit.b2 });
+        if let Some(record) = hit.and_then(|hit| self.records.get(hit.primitive as usize)) {
+            prefetch(record);
+        }
         if self.quadrics.is_empty() { hit } else { self.closest_quadric(ray, hit) }
     }
 

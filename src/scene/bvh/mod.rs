@@ -27,5 +27,6 @@ mod against_brute_force;
 pub use aabb::Aabb;
 pub use boxes::BoxBvh;
 pub use exact::TriangleHit;
+pub(crate) use kernel::prefetch;
 pub use triangles::TriangleBvh;
 pub(crate) use work::Work;

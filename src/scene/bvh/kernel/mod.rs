@@ -13,6 +13,7 @@ mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub(crate) use memory::prefetch;
 pub(super) use memory::{Stack, in_huge_pages};
 use portable::Portable;
 
