@@ -46,4 +46,4 @@ impl Sample {
 }
 
 /// So many samples at once are enough for [`Radiance::radiances`] to do its best, and still fit into a core's own memory.
-pub const WAVE: usize = 32;
+pub const WAVE: usize = 64;

@@ -32,12 +32,12 @@ impl Work for Wave<'_> {
         let mut hits = Vec::with_capacity(rays.len());
         scene.closest_of_each(&rays, &mut hits);
         let mut walks: Vec<Walk> = rays.into_iter().zip(hits).map(|(ray, hit)| Walk::new(ray, hit)).collect();
-        let mut under_way = List::default();
+        let mut under_way = List::EMPTY;
         for i in 0..walks.len() {
             under_way.push_if(true, i);
         }
         while !under_way.is_empty() {
-            let (mut promised, mut going_on) = (List::default(), List::default());
+            let (mut promised, mut going_on) = (List::EMPTY, List::EMPTY);
             for i in under_way.paths() {
                 going_on.push_if(walks[i].step(tracer, scene, &mut samples[i].sampler), i);
                 promised.push_if(walks[i].is_promised_light(), i);
@@ -57,7 +57,6 @@ impl Work for Wave<'_> {
 }
 
 /// Some of the paths. Which ones is not known to any predictor, so there is no branch on it.
-#[derive(Default)]
 struct List {
     /// The first `count` count.
     numbers: [u8; MOST],
@@ -65,6 +64,8 @@ struct List {
 }
 
 impl List {
+    const EMPTY: Self = Self { numbers: [0; MOST], count: 0 };
+
     #[inline(always)]
     fn push_if(&mut self, yes: bool, path: usize) {
         self.numbers[self.count % MOST] = path as u8;

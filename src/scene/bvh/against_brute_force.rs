@@ -9,7 +9,7 @@ use super::kernel::Level;
 use super::query::{Straight, Twist};
 use super::triangles::TriangleBvh;
 use crate::sampling::stream::{Stream, stream, uniform};
-use crate::scene::ray::{Ray, offset_origin_within};
+use crate::scene::ray::{NO_TRIANGLE, Ray, offset_origin_within};
 
 struct Mesh {
     positions: Vec<DVec3>,
@@ -176,10 +176,44 @@ fn disagreements<T: Twist>(mesh: &Mesh, rays: u64) -> usize {
     wrong.count()
 }
 
+/// The same of rays in bundles: of those that go nearly the same way, and of those that do not.
+fn disagreements_of_bundles<T: Twist>(mesh: &Mesh, bundles: u64) -> usize {
+    let trees = mesh.trees();
+    let wrong = (0..bundles).into_par_iter().map(|seed| {
+        let mut dice = Dice::new(seed);
+        let first = ray_for(mesh, &mut dice);
+        // From hardly apart to all around, some from elsewhere and a few of any kind; now and then one of another length.
+        let spread = 10_f64.powf(-6.0 * dice.number());
+        let rays: Vec<Ray> = (0..50)
+            .map(|i| match dice.below(8) {
+                0 if seed % 2 == 0 => ray_for(mesh, &mut dice),
+                1 => Ray { origin: first.origin + spread * dice.point(), ..first },
+                _ => {
+                    let towards = first.dir + spread * dice.point();
+                    let length = if i == 40 && seed % 16 == 0 { 3.0 } else { 1.0 };
+                    Ray { dir: length * towards.try_normalize().unwrap_or(DVec3::X), ..first }
+                }
+            })
+            .collect();
+        let wrong = |tree: &TriangleBvh| {
+            let mut hits = vec![None; rays.len()];
+            tree.closest_of_each_with::<T>(&rays, &mut hits);
+            // Brute force knows only rays of length 1; what the tree finds for the others alone is tested elsewhere.
+            let expected = |ray: &Ray| {
+                if ray.dir.length() < 2.0 { mesh.closest(ray) } else { tree.closest_with::<T>(ray) }
+            };
+            rays.iter().zip(&hits).filter(|(ray, hit)| **hit != expected(ray)).count()
+        };
+        trees.iter().map(wrong).sum::<usize>()
+    });
+    wrong.sum()
+}
+
 #[test]
 fn the_tree_finds_what_brute_force_finds() {
     for (name, mesh) in meshes() {
         assert_eq!(disagreements::<Straight>(&mesh, 2000), 0, "{name}");
+        assert_eq!(disagreements_of_bundles::<Straight>(&mesh, 100), 0, "{name}");
     }
 }
 
@@ -198,13 +232,16 @@ impl Twist for NoSlackOfTriangles {
 #[test]
 fn without_slack_it_does_not() {
     let some = |name: &str| ["slivers", "coplanar", "twice", "hundredfold", "sphere"].contains(&name);
-    let (mut boxes, mut triangles) = (0, 0);
+    let (mut boxes, mut triangles, mut bundles) = (0, 0, [0; 2]);
     for (_, mesh) in meshes().into_iter().filter(|(name, _)| some(name)) {
         boxes += disagreements::<NoSlackOfBoxes>(&mesh, 1000);
         triangles += disagreements::<NoSlackOfTriangles>(&mesh, 1000);
+        bundles[0] += disagreements_of_bundles::<NoSlackOfBoxes>(&mesh, 100);
+        bundles[1] += disagreements_of_bundles::<NoSlackOfTriangles>(&mesh, 100);
     }
     assert!(boxes > 0, "the test does not see that boxes need slack");
     assert!(triangles > 0, "the test does not see that triangles need slack");
+    assert!(bundles.iter().all(|&wrong| wrong > 0), "nor that bundles need it: {bundles:?}");
 }
 
 /// Möller and Trumbore's test in f64, with the least of the barycentric coordinates.
@@ -352,6 +389,17 @@ fn a_ray_that_leaves_a_surface_does_not_meet_it_again() {
                     let p = if offset { offset_origin_within(p, ng, dir, tree.extent()) } else { p };
                     let next = tree.closest(&Ray::new(p, dir));
                     *again += usize::from(next.is_some_and(|next| next.triangle == hit.triangle));
+                    // Without a look at the triangles at its ends, a ray that is off them meets the same.
+                    let Some(next) = next.filter(|_| offset) else { continue };
+                    let beside = [hit.triangle, next.triangle, NO_TRIANGLE];
+                    let start = Ray { beside: [hit.triangle, NO_TRIANGLE, NO_TRIANGLE], ..Ray::new(p, dir) };
+                    assert_eq!(tree.closest(&start), Some(next), "{name} at {shift}");
+                    let w = mesh.triangles[next.triangle as usize].map(|index| positions[index as usize]);
+                    let n = (w[1] - w[0]).cross(w[2] - w[0]).normalize();
+                    let way = offset_origin_within(Ray::new(p, dir).at(next.t), n, -dir, tree.extent()) - p;
+                    let between = Ray::up_to(p, way.normalize(), way.length());
+                    assert!(!tree.occluded(&between), "{name} at {shift}");
+                    assert!(!tree.occluded(&Ray { beside, ..between }), "{name} at {shift}");
                 }
             }
             assert_eq!(again[0], 0, "{name} at {shift}");
