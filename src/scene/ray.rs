@@ -32,8 +32,7 @@ impl Ray {
     /// Whether the triangle of this number need not be looked at.
     #[inline]
     pub(super) fn is_beside(&self, triangle: u32) -> bool {
-        let [a, b, c] = self.beside;
-        (a == triangle) | (b == triangle) | (c == triangle)
+        self.beside.contains(&triangle)
     }
 
     /// The point at distance `t`.
