@@ -92,9 +92,14 @@ pub fn render(
     let mut done = first;
     loop {
         let seconds = start.elapsed().as_secs_f64();
-        // Samples a pass may hold, from the speed so far; the first is a single one.
+        // Samples a pass may hold, from the speed so far; the first is a single one, by which the speed is known but roughly.
         let per_sample = if done > first { seconds / (done - first) as f64 } else { PASS_SECONDS };
-        let pass = ((PASS_SECONDS / per_sample) as u64).clamp(1, (done - first).max(1));
+        let growth = match stop {
+            Stop::Samples(_) | Stop::Seconds(_) => 3,
+            // What is drawn beyond the bound was not asked for.
+            Stop::RelativeError(_) => 1,
+        };
+        let pass = ((PASS_SECONDS / per_sample) as u64).clamp(1, (growth * (done - first)).max(1));
         let target = match stop {
             Stop::Samples(n) if done >= n => break,
             Stop::Samples(n) => n.min(done + pass),
