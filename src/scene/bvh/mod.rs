@@ -2,7 +2,7 @@
 //!
 //! Trees are eight wide, and boxes and triangles are tested eight at a time in f32 (by AVX-512, by AVX2, or by what the
 //! compiler makes of plain arrays). That test errs only on one side: everything that an f64 test would hit passes it. What
-//! passes is tested in f64, and that counts.
+//! passes is tested in f64, and that counts. Rays that go nearly the same way may go through a tree together.
 
 mod aabb;
 mod boxes;
