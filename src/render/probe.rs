@@ -73,8 +73,7 @@ impl Probe {
         samples: Range<u64>,
     ) -> impl Iterator<Item = Rgb> {
         let ask = move |number: u64| {
-            let mut sampler = Independent::new(self.seed);
-            sampler.begin(self.number, number);
+            let mut sampler = Independent::at(self.seed, self.number, number);
             Sample::new(ray(&mut sampler), sampler)
         };
         samples.clone().step_by(WAVE).flat_map(move |first| {

@@ -176,8 +176,7 @@ impl Job<'_> {
 
     /// The ray of a sample of a pixel, and the weight that the filter gives it.
     fn sample(&self, pixel: usize, width: usize, number: u64) -> (Sample, f64) {
-        let mut sampler = Independent::new(self.seed);
-        sampler.begin(pixel as u64, number);
+        let mut sampler = Independent::at(self.seed, pixel as u64, number);
         let (offset, weight) = self.filter.sample(sampler.next_2d());
         let lens = if self.scene.camera().has_lens() { sampler.next_2d() } else { DVec2::ZERO };
         let centre = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + 0.5;

@@ -37,7 +37,13 @@ pub struct Independent {
 impl Independent {
     /// The sampler of this seed, at sample 0 of pixel 0.
     pub fn new(seed: u64) -> Self {
-        Self { seed, rng: stream(seed, 0, 0) }
+        Self::at(seed, 0, 0)
+    }
+
+    /// The sampler of this seed, at this sample of this pixel.
+    #[inline]
+    pub fn at(seed: u64, pixel: u64, sample: u64) -> Self {
+        Self { seed, rng: stream(seed, pixel, sample) }
     }
 }
 
