@@ -35,7 +35,7 @@ pub(super) fn build(
         root,
         notes,
         buffers: &buffers,
-        library: Library::new(path, root, &buffers, notes),
+        materials: Library::new(path, root, &buffers, notes),
         parts: Parts::default(),
         meshes: BTreeMap::new(),
         visits: 0,
@@ -62,8 +62,8 @@ pub(super) fn build(
             }
         }
     }
-    let Builder { library, mut parts, .. } = builder;
-    parts.materials = library.into_materials();
+    let Builder { materials, mut parts, .. } = builder;
+    parts.materials = materials.into_materials();
     parts.into_scene(path, notes)
 }
 
@@ -72,7 +72,7 @@ struct Builder<'a> {
     root: &'a Root,
     notes: &'a Notes,
     buffers: &'a Buffers<'a>,
-    library: Library<'a>,
+    materials: Library<'a>,
     parts: Parts,
     /// The primitives of meshes that are read already.
     meshes: BTreeMap<(usize, usize), Arc<Mesh>>,
@@ -126,7 +126,7 @@ impl Builder<'_> {
                 return Err(SceneError::TooMany { place, what: "triangles".into(), most: MOST_TRIANGLES as u64 });
             }
             let uses = Uses { vertex_color: !geometry.colors().is_empty(), uv: !geometry.uvs().is_empty() };
-            let (material, emission) = self.library.material(primitive.material, uses, &place)?;
+            let (material, emission) = self.materials.material(primitive.material, uses, &place)?;
             let moved = if to_world == DAffine3::IDENTITY {
                 geometry
             } else {
