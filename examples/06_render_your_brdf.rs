@@ -1,6 +1,7 @@
 //! Your BRDF in the path tracer: a sphere of it under a constant sky shows its albedo in every pixel.
 //!
 //! The same number comes from the deterministic integrator, which shares no line with the renderer but the model.
+#![allow(clippy::print_stdout, reason = "an example prints its findings")]
 
 use std::sync::atomic::AtomicBool;
 
@@ -52,6 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let wo = surface.frame.to_local(-ray.dir);
         let exact = Hemisphere::default().albedo(&velvet(), Side::Eye, wo).value;
         let (seen, error) = (film.mean(x as usize, 32), film.variance_of_mean(x as usize, 32).map(f64::sqrt));
+        println!("pixel {x}, mu = {:.3}: rendered {seen} ± {error}, integrated {exact}", wo.z);
         let gap = (seen - exact).0.abs();
         assert!((gap - 5.0 * error.0 - 0.02 * exact.0).max_element() <= 0.0, "{seen} ± {error} against {exact}");
     }
