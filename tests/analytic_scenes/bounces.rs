@@ -145,6 +145,43 @@ fn concentric_spheres_exchange_light() {
 }
 
 #[test]
+fn plates_without_end_exchange_light() {
+    // Plates at a distance of 1, the lower one of radiosity 1 without the other: B₁ = Σ (ρ₁ρ₂)^k, B₂ = ρ₂ B₁ with one term
+    // less where reflections are counted. A step goes farther than s with probability 1/(1 + s²), so that of k steps from
+    // the middle of plates of half width R at most k³/R² leave; weighted by the reflectances, 2e-8 in all.
+    const HALF_WIDTH: f64 = 1e5;
+    let (rho1, rho2) = (0.5, 0.8);
+    let plate = |z: f64, normal| Geometry::Rectangle { to_world: facing(DVec3::Z * z, normal, HALF_WIDTH) };
+    let scene = scene(
+        vec![diffuse(rho1), diffuse(rho2)],
+        vec![
+            shape("lower", plate(0.0, DVec3::Z), 0, Some(FRAC_1_PI)),
+            shape("upper", plate(1.0, DVec3::NEG_Z), 1, None),
+        ],
+        vec![],
+    );
+    let series = |terms: u32| (0..terms).map(|k| (rho1 * rho2).powi(k as i32)).sum::<f64>();
+    let cases = [
+        (Some(0), 1.0, 0.0),
+        (Some(1), 1.0, rho2),
+        (Some(4), series(3), rho2 * series(2)),
+        (None, 1.0 / (1.0 - rho1 * rho2), rho2 / (1.0 - rho1 * rho2)),
+    ];
+    let mut family = Family::default();
+    for (j, (bounces, lower, upper)) in cases.into_iter().enumerate() {
+        for (k, strategy) in STRATEGIES.into_iter().enumerate() {
+            let tracer = tracer(strategy, bounces);
+            let number = (1700 + 20 * j + 2 * k) as u64;
+            let b1 = radiosity(number, SAMPLES, &tracer, &scene, &|_| onto(DVec3::ZERO, DVec3::Z, 0.2));
+            let b2 = radiosity(number + 1, SAMPLES, &tracer, &scene, &|_| onto(DVec3::Z, DVec3::NEG_Z, 0.2));
+            family.add(format!("lower, {strategy:?}, {bounces:?}"), b1, lower, 2e-8);
+            family.add(format!("upper, {strategy:?}, {bounces:?}"), b2, upper, 2e-8);
+        }
+    }
+    family.judge();
+}
+
+#[test]
 fn a_point_light_in_a_sphere_is_exact() {
     // Intensity π in the middle of a unit sphere of reflectance 1/2: 1/2, 3/4, 7/8, …, 1.
     let mut wall = shape("wall", Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0 }, 0, None);
