@@ -5,6 +5,7 @@
 //! in common costs little more than the rays alone.
 #![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
 
+use super::fan::{Fan, Spokes};
 use super::kernel::Lanes;
 use super::leaves::Leaves;
 use super::nearest::Nearest;
@@ -62,6 +63,7 @@ pub(super) fn closest<T: Twist, N: Lanes, W: Lanes>(
         let backwards = bundle.backwards[left.trailing_zeros() as usize % MOST];
         let alike = (0..MOST).fold(0, |all, i| all | u32::from(bundle.backwards[i] == backwards) << i) & left;
         left &= !alike;
+        let fan = bundle.fan((n, w), backwards, alike);
         stack.push(Waiting { t: 0.0, child: root, rays: alike });
         while let Some(Waiting { t, child, rays: entering }) = stack.pop() {
             let active = bundle.reaching(w, t, entering);
@@ -77,7 +79,8 @@ pub(super) fn closest<T: Twist, N: Lanes, W: Lanes>(
                 }
             } else if child & LEAF == 0 {
                 let first = stack.len();
-                bundle.enter(w, &nodes[child as usize], backwards, active, &mut stack);
+                let node = &nodes[child as usize];
+                bundle.enter(w, (node, fan.enter(n, node)), backwards, active, &mut stack);
                 stack[first..].sort_unstable_by(|a, b| b.t.total_cmp(&a.t));
             } else {
                 let leaf = child ^ LEAF;
@@ -144,11 +147,27 @@ impl Bundle {
         reaching & of
     }
 
-    /// Pushes the children whose boxes are entered by some of the `active` rays, all of which go `backwards` along the same
-    /// axes.
+    /// What bounds some rays, all of which go `backwards` along the same axes.
     #[inline(always)]
-    fn enter<W: Lanes>(&self, w: W, node: &Node, backwards: u32, active: u32, stack: &mut Vec<Waiting>) {
-        for lane in 0..WIDTH {
+    fn fan<N: Lanes, W: Lanes>(&self, kernels: (N, W), backwards: u32, rays: u32) -> Fan<N> {
+        let Self { scale, near_shift, far_shift, reach, .. } = self;
+        Fan::around(kernels, &Spokes { scale, near_shift, far_shift, reach, backwards, rays })
+    }
+
+    /// Pushes those of a node's children whose boxes are entered by some of the `active` rays, all of which go `backwards`
+    /// along the same axes.
+    #[inline(always)]
+    fn enter<W: Lanes>(
+        &self,
+        w: W,
+        (node, mut children): (&Node, u32),
+        backwards: u32,
+        active: u32,
+        stack: &mut Vec<Waiting>,
+    ) {
+        while children != 0 {
+            let lane = children.trailing_zeros() as usize % WIDTH;
+            children &= children - 1;
             let ([near, far], child) = node.child_of(lane, backwards);
             let (mut rays, mut least) = (0, w.splat(f32::INFINITY));
             for from in (0..MOST).step_by(W::LANES) {

@@ -9,6 +9,7 @@ mod boxes;
 mod build;
 mod bundle;
 mod exact;
+mod fan;
 mod few;
 mod kernel;
 mod leaves;

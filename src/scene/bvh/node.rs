@@ -37,6 +37,12 @@ impl Node {
         ([corner(0), corner(1)], self.child[lane])
     }
 
+    /// The children's least (0) or greatest (1) coordinates on an axis.
+    #[inline(always)]
+    pub(super) fn plane(&self, axis: usize, which: usize) -> &[f32; WIDTH] {
+        &self.planes[axis][which & 1]
+    }
+
     /// Puts a child into a lane.
     pub(super) fn set(&mut self, lane: usize, lo: Vec4, hi: Vec4, child: u32) {
         for axis in 0..3 {
@@ -70,14 +76,8 @@ impl<S: Lanes> Beam<S> {
     /// Distances at which the ray enters the boxes, and which boxes it passes through before `reach`.
     #[inline(always)]
     pub(super) fn enter(&self, s: S, node: &Node, reach: S::F) -> (S::F, u32) {
-        let near = |k: usize| {
-            let row = &node.planes[k][self.near[k] & 1];
-            s.mul_sub(s.load(row), self.scale[k], self.near_shift[k])
-        };
-        let far = |k: usize| {
-            let row = &node.planes[k][(self.near[k] & 1) ^ 1];
-            s.mul_sub(s.load(row), self.scale[k], self.far_shift[k])
-        };
+        let near = |k: usize| s.mul_sub(s.load(node.plane(k, self.near[k])), self.scale[k], self.near_shift[k]);
+        let far = |k: usize| s.mul_sub(s.load(node.plane(k, self.near[k] ^ 1)), self.scale[k], self.far_shift[k]);
         let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
         let leave = s.min(s.min(far(0), far(1)), s.min(far(2), reach));
         (enter, s.bits(s.le(enter, leave)))
