@@ -171,16 +171,12 @@ impl Bundle {
             let ([near, far], child) = node.child_of(lane, backwards);
             let (mut rays, mut least) = (0, w.splat(f32::INFINITY));
             for from in (0..MOST).step_by(W::LANES) {
-                let asked = active >> from;
-                if asked.trailing_zeros() as usize >= W::LANES {
-                    continue;
-                }
                 let scale = load3(w, &self.scale, from);
                 let enter = meet(w, near, scale, load3(w, &self.near_shift, from));
                 let leave = meet(w, far, scale, load3(w, &self.far_shift, from));
                 let entered = w.max(w.max(enter[0], enter[1]), w.max(enter[2], w.splat(0.0)));
                 let left = w.min(w.min(leave[0], leave[1]), w.min(leave[2], w.load(&self.reach[from..])));
-                let mask = w.and(w.le(entered, left), w.mask(asked));
+                let mask = w.and(w.le(entered, left), w.mask(active >> from));
                 least = w.min(least, w.select(mask, entered, w.splat(f32::INFINITY)));
                 rays |= w.bits(mask) << from;
             }
