@@ -7,14 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use whitefurnace::glam::DVec2;
 use whitefurnace::prelude::*;
-use whitefurnace::render::film::Film;
-use whitefurnace::render::filter::Filter;
-use whitefurnace::render::path::PathTracer;
-use whitefurnace::render::progressive::{Job, Stop, render};
-use whitefurnace::sampling::sampler::SamplerKind;
-use whitefurnace::scene::{
-    Camera, FilmSettings, FilterKind, Geometry, Light, Material, RenderSettings, Scene, SceneDescription, Shape,
-};
+use whitefurnace::render::progressive::render;
 
 /// A matt ground with a bright rim, as velvet has.
 fn velvet() -> FnBsdf<impl Fn(DVec3, DVec3) -> Rgb + Send + Sync> {
@@ -28,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene::new(SceneDescription {
         name: "velvet".into(),
         camera: Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y, 25.0),
-        film: FilmSettings { width: 64, height: 64, filter: FilterKind::Box },
+        film: FilmSettings { width: 64, height: 64, filter: Filter::BOX },
         render: RenderSettings::default(),
         materials: vec![Material::uniform("velvet", Box::new(velvet()))],
         shapes: vec![Shape {

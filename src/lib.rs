@@ -60,6 +60,15 @@ pub mod prelude {
     };
     pub use crate::integrate::{Estimate, Hemisphere, Integral, Side};
     pub use crate::math::color::Rgb;
+    pub use crate::render::Radiance;
+    pub use crate::render::film::Film;
+    pub use crate::render::path::{PathTracer, Roulette, Strategy};
+    pub use crate::render::progressive::{Job, Stop};
+    pub use crate::sampling::filter::Filter;
+    pub use crate::sampling::sampler::{Sampler, SamplerKind};
+    pub use crate::scene::{
+        Camera, FilmSettings, Geometry, Light, Material, Mesh, Ray, RenderSettings, Scene, SceneDescription, Shape,
+    };
     pub use crate::validate::{Check, Effort, Outcome, Sheet, Suite, suite};
     pub use glam::{DVec2, DVec3};
 }

@@ -14,13 +14,13 @@ use whitefurnace::image::Image;
 use whitefurnace::math::color::Rgb;
 use whitefurnace::render::Radiance;
 use whitefurnace::render::film::Film;
-use whitefurnace::render::filter::Filter;
 use whitefurnace::render::path::{PathTracer, Roulette, Strategy};
 use whitefurnace::render::progressive::{Job, Stop, render};
+use whitefurnace::sampling::filter::Filter;
 use whitefurnace::sampling::sampler::{Independent, SamplerKind};
 use whitefurnace::scene::file::{LoadOptions, load};
 use whitefurnace::scene::{
-    Camera, FilmSettings, FilterKind, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
+    Camera, FilmSettings, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
 };
 
 fn data(file: &str) -> Option<PathBuf> {
@@ -264,7 +264,7 @@ fn the_furnace_of_the_shading_language_reads_one_half() {
     let scene = Scene::new(SceneDescription {
         name: "furnace-diffuse".into(),
         camera: Camera::look_at(DVec3::new(0.0, 100.0, 300.0), DVec3::ZERO, DVec3::Y, 70.0),
-        film: FilmSettings { width: 64, height: 48, filter: FilterKind::Box },
+        film: FilmSettings { width: 64, height: 48, filter: Filter::BOX },
         render: RenderSettings::default(),
         materials: vec![Material::diffuse("white", Rgb::WHITE.into())],
         shapes: vec![Shape {

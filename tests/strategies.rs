@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 use whitefurnace::render::film::Film;
-use whitefurnace::render::filter::Filter;
 use whitefurnace::render::path::{PathTracer, Roulette, Strategy};
 use whitefurnace::render::progressive::{Job, Stop, render};
+use whitefurnace::sampling::filter::Filter;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::builtin::builtin;

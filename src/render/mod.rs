@@ -2,7 +2,6 @@
 
 pub mod checkpoint;
 pub mod film;
-pub mod filter;
 pub mod furnace;
 pub mod path;
 pub mod probe;

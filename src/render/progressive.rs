@@ -10,8 +10,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::film::{Film, Pixel};
-use super::filter::Filter;
 use super::{Radiance, Sample, WAVE};
+use crate::sampling::filter::Filter;
 use crate::sampling::sampler::{Independent, Sampler, SamplerKind};
 use crate::scene::{Scene, rays};
 
@@ -196,7 +196,7 @@ impl Job<'_> {
 mod tests {
     use super::*;
     use crate::math::color::Rgb;
-    use crate::scene::{Camera, FilmSettings, FilterKind, Light, RenderSettings, SceneDescription};
+    use crate::scene::{Camera, FilmSettings, Light, RenderSettings, SceneDescription};
     use glam::DVec3;
 
     /// Noise that depends on the ray and the sampler.
@@ -212,7 +212,7 @@ mod tests {
         Scene::new(SceneDescription {
             name: "sky".into(),
             camera: Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 90.0),
-            film: FilmSettings { width: 23, height: 11, filter: FilterKind::Box },
+            film: FilmSettings { width: 23, height: 11, filter: Filter::BOX },
             render: RenderSettings::default(),
             materials: Vec::new(),
             shapes: Vec::new(),

@@ -4,6 +4,7 @@ use super::camera::Camera;
 use super::light::Light;
 use super::material::Material;
 use super::shape::Shape;
+use crate::sampling::filter::Filter;
 
 /// Everything that a scene file or a built-in scene says.
 #[derive(Debug)]
@@ -25,35 +26,14 @@ pub struct SceneDescription {
 }
 
 /// Size and filter of the image.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
     /// Pixels in a row.
     pub width: usize,
     /// Rows.
     pub height: usize,
     /// The reconstruction filter.
-    pub filter: FilterKind,
-}
-
-/// A reconstruction filter, with lengths in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FilterKind {
-    /// 1 within the pixel.
-    Box,
-    /// 1 − |x| within one pixel.
-    Tent,
-    /// A Gaussian, less its value at four standard deviations, where it ends.
-    Gaussian {
-        /// Standard deviation.
-        stddev: f64,
-    },
-    /// Mitchell and Netravali's cubic, two pixels wide on either side.
-    Mitchell {
-        /// Their B.
-        b: f64,
-        /// Their C.
-        c: f64,
-    },
+    pub filter: Filter,
 }
 
 /// How a scene asks to be rendered.

@@ -18,7 +18,7 @@ mod quadric;
 pub mod ray;
 
 pub use camera::{Camera, Projection};
-pub use description::{FilmSettings, FilterKind, RenderSettings, SceneDescription};
+pub use description::{FilmSettings, RenderSettings, SceneDescription};
 pub use emitter::{Emitters, LightSample, LightSampling};
 pub use geometry::{Hit, Surface};
 pub use light::{EnvironmentMap, Light};
@@ -143,8 +143,8 @@ impl Scene {
     }
 
     /// Size and filter of the image.
-    pub fn film(&self) -> FilmSettings {
-        self.film
+    pub fn film(&self) -> &FilmSettings {
+        &self.film
     }
 
     /// The same scene with an image of this size.

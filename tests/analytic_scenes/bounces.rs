@@ -160,7 +160,7 @@ fn plates_without_end_exchange_light() {
         ],
         vec![],
     );
-    let series = |terms: u32| (0..terms).map(|k| (rho1 * rho2).powi(k as i32)).sum::<f64>();
+    let series = |terms: i32| (0..terms).map(|k| (rho1 * rho2).powi(k)).sum::<f64>();
     let cases = [
         (Some(0), 1.0, 0.0),
         (Some(1), 1.0, rho2),

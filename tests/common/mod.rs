@@ -9,10 +9,11 @@ use whitefurnace::math::color::Rgb;
 use whitefurnace::render::Radiance;
 use whitefurnace::render::path::{PathTracer, Roulette, Strategy};
 use whitefurnace::render::probe::Probe;
+use whitefurnace::sampling::filter::Filter;
 use whitefurnace::sampling::sampler::Sampler;
 use whitefurnace::scene::builtin::builtin;
 use whitefurnace::scene::{
-    Camera, FilmSettings, FilterKind, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
+    Camera, FilmSettings, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
 };
 
 pub(crate) const STRATEGIES: [Strategy; 4] = [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect];
@@ -35,7 +36,7 @@ pub(crate) fn scene(materials: Vec<Material>, shapes: Vec<Shape>, lights: Vec<Li
     Scene::new(SceneDescription {
         name: "test".into(),
         camera: Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 90.0),
-        film: FilmSettings { width: 1, height: 1, filter: FilterKind::Box },
+        film: FilmSettings { width: 1, height: 1, filter: Filter::BOX },
         render: RenderSettings::default(),
         materials,
         shapes,

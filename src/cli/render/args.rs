@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use crate::bsdf::subject::nearest_name;
 use crate::cli::args::{positive, seed};
 use crate::cli::scene_source::SceneArgs;
-use crate::render::filter::Filter;
 use crate::render::path::{Roulette, Strategy};
+use crate::sampling::filter::Filter;
 use crate::sampling::sampler::SamplerKind;
 
 /// What a pixel's count of samples may be asked to reach.
@@ -149,7 +149,7 @@ fn sampler(text: &str) -> Result<SamplerKind, String> {
 }
 
 fn filter(text: &str) -> Result<Filter, String> {
-    text.parse().map_err(|error: crate::render::filter::FilterError| error.to_string())
+    text.parse().map_err(|error: crate::sampling::filter::FilterError| error.to_string())
 }
 
 #[cfg(test)]

@@ -14,11 +14,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::{Status, scene_source};
 use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
-use crate::render::filter::Filter;
 use crate::render::path::{PathTracer, Strategy};
 use crate::render::progressive::{self, Job, Progress, Stop};
 use crate::render::provenance::{Provenance, Run};
-use crate::scene::{FilterKind, Scene};
+use crate::scene::Scene;
 
 pub(super) use args::{HELP, RenderArgs};
 
@@ -57,8 +56,8 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     };
     let build = start.elapsed().as_secs_f64() - load;
     let tracer = tracer(args, &scene)?;
-    let filter = args.filter.clone().map_or_else(|| filter_of(scene.film().filter), Ok)?;
-    let job = Job { scene: &scene, radiance: &tracer, filter: &filter, sampler: args.sampler, seed: args.seed };
+    let filter = args.filter.as_ref().unwrap_or(&scene.film().filter);
+    let job = Job { scene: &scene, radiance: &tracer, filter, sampler: args.sampler, seed: args.seed };
     let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}", args.sampler))?;
 
     let interrupted = Arc::new(AtomicBool::new(false));
@@ -118,15 +117,6 @@ fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {
     }
     let bounces = args.bounces.map_or_else(|| scene.render_settings().bounces.flatten(), |Bounces(r)| r);
     Ok(PathTracer { strategy, bounces, first_split: args.first_split, roulette: args.rr, ..PathTracer::default() })
-}
-
-fn filter_of(kind: FilterKind) -> anyhow::Result<Filter> {
-    Ok(match kind {
-        FilterKind::Box => Filter::BOX,
-        FilterKind::Tent => Filter::tent(1.0)?,
-        FilterKind::Gaussian { stddev } => Filter::gaussian(stddev, 4.0 * stddev)?,
-        FilterKind::Mitchell { b, c } => Filter::mitchell(b, c)?,
-    })
 }
 
 fn stop(args: &RenderArgs, scene: &Scene) -> Stop {

@@ -4,10 +4,11 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::math::color::Rgb;
 use crate::render::path::{PathTracer, Roulette, Strategy};
+use crate::sampling::filter::Filter;
 use crate::sampling::warp::uniform_sphere;
 use crate::scene::builtin::builtin;
 use crate::scene::{
-    Camera, FilmSettings, FilterKind, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
+    Camera, FilmSettings, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
 };
 
 pub(super) const STRATEGIES: [Strategy; 4] = [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect];
@@ -37,7 +38,7 @@ pub(super) fn scene(materials: Vec<Material>, shapes: Vec<Shape>, lights: Vec<Li
     let description = SceneDescription {
         name: "furnace".into(),
         camera: Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 90.0),
-        film: FilmSettings { width: 1, height: 1, filter: FilterKind::Box },
+        film: FilmSettings { width: 1, height: 1, filter: Filter::BOX },
         render: RenderSettings::default(),
         materials,
         shapes,

@@ -131,9 +131,10 @@ impl Radiance for PathTracer {
 mod tests {
     use super::*;
     use crate::math::sum::Moments;
+    use crate::sampling::filter::Filter;
     use crate::sampling::sampler::Independent;
     use crate::scene::builtin::builtin;
-    use crate::scene::{Camera, FilmSettings, FilterKind, Geometry, Material, RenderSettings, SceneDescription, Shape};
+    use crate::scene::{Camera, FilmSettings, Geometry, Material, RenderSettings, SceneDescription, Shape};
     use glam::{DAffine3, DQuat, DVec2, DVec3};
 
     /// The inside of a sphere of radius 1 with this albedo and emission 1/2.
@@ -141,7 +142,7 @@ mod tests {
         Scene::new(SceneDescription {
             name: "furnace".into(),
             camera: Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 90.0),
-            film: FilmSettings { width: 1, height: 1, filter: FilterKind::Box },
+            film: FilmSettings { width: 1, height: 1, filter: Filter::BOX },
             render: RenderSettings::default(),
             materials: vec![Material::diffuse("wall", Rgb::grey(rho).into())],
             shapes: vec![Shape {
@@ -223,7 +224,7 @@ mod tests {
             Scene::new(SceneDescription {
                 name: "sheet".into(),
                 camera: Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 90.0),
-                film: FilmSettings { width: 1, height: 1, filter: FilterKind::Box },
+                film: FilmSettings { width: 1, height: 1, filter: Filter::BOX },
                 render: RenderSettings::default(),
                 materials: vec![Material::diffuse("floor", Rgb::WHITE.into()), sheet],
                 shapes: vec![

@@ -8,7 +8,8 @@ use glam::DVec3;
 use super::Builtin;
 use super::parts::{emitting, placed, scene, shape};
 use crate::math::color::Rgb;
-use crate::scene::{Camera, FilterKind, Geometry, Material, RenderSettings};
+use crate::sampling::filter::Filter;
+use crate::scene::{Camera, Geometry, Material, RenderSettings};
 
 pub(super) const CORNELL: Builtin = Builtin {
     name: "cornell-bitterli",
@@ -57,7 +58,7 @@ pub(super) const CORNELL: Builtin = Builtin {
         ];
         let camera = Camera::look_at(v(0.0, 1.0, 6.8), v(0.0, 1.0, 0.0), y, 19.5);
         let mut scene = scene("cornell-bitterli", camera, materials.into(), shapes);
-        (scene.film.width, scene.film.height, scene.film.filter) = (1024, 1024, FilterKind::Tent);
+        (scene.film.width, scene.film.height, scene.film.filter) = (1024, 1024, Filter::TENT);
         // Its max_depth of 65 counts the ray to the light.
         scene.render = RenderSettings { samples: Some(64), bounces: Some(Some(64)), roulette_from: None };
         Ok(scene)

@@ -5,16 +5,15 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use crate::math::color::Rgb;
-use crate::scene::{
-    Camera, FilmSettings, FilterKind, Geometry, Light, Material, Mesh, RenderSettings, SceneDescription, Shape,
-};
+use crate::sampling::filter::Filter;
+use crate::scene::{Camera, FilmSettings, Geometry, Light, Material, Mesh, RenderSettings, SceneDescription, Shape};
 
 /// A scene with a square image and a box filter that says nothing about how to render it.
 pub(super) fn scene(name: &str, camera: Camera, materials: Vec<Material>, shapes: Vec<Shape>) -> SceneDescription {
     SceneDescription {
         name: name.into(),
         camera,
-        film: FilmSettings { width: 512, height: 512, filter: FilterKind::Box },
+        film: FilmSettings { width: 512, height: 512, filter: Filter::BOX },
         render: RenderSettings::default(),
         materials,
         shapes,

@@ -11,7 +11,8 @@ use super::Builtin;
 use super::parts::{emitting, placed, scene, shape};
 use crate::bsdf::{Beckmann, Fresnel, Masking, ParamError};
 use crate::math::color::Rgb;
-use crate::scene::{Camera, FilterKind, Geometry, Material, RenderSettings};
+use crate::sampling::filter::Filter;
+use crate::scene::{Camera, Geometry, Material, RenderSettings};
 
 const ETA: Rgb = Rgb::new(0.200438, 0.924033, 1.10221);
 const K: Rgb = Rgb::new(3.91295, 2.45285, 2.14219);
@@ -63,7 +64,7 @@ pub(super) const MIS: Builtin = Builtin {
         }
         let eye = v(28.2792, 3.5, 0.0);
         let mut scene = scene("veach-mis", Camera::look_at(eye, eye - DVec3::X, DVec3::Y, 35.0), materials, shapes);
-        (scene.film.width, scene.film.height, scene.film.filter) = (1280, 720, FilterKind::Tent);
+        (scene.film.width, scene.film.height, scene.film.filter) = (1280, 720, Filter::TENT);
         scene.render = RenderSettings { samples: Some(64), bounces: Some(Some(1)), roulette_from: None };
         Ok(scene)
     },

@@ -63,7 +63,7 @@ pub(super) fn closest<T: Twist, N: Lanes, W: Lanes>(
         let backwards = bundle.backwards[left.trailing_zeros() as usize % MOST];
         let alike = (0..MOST).fold(0, |all, i| all | u32::from(bundle.backwards[i] == backwards) << i) & left;
         left &= !alike;
-        let fan = bundle.fan((n, w), backwards, alike);
+        let fan = bundle.fan::<T, N, W>((n, w), backwards, alike);
         stack.push(Waiting { t: 0.0, child: root, rays: alike });
         while let Some(Waiting { t, child, rays: entering }) = stack.pop() {
             let active = bundle.reaching(w, t, entering);
@@ -149,9 +149,9 @@ impl Bundle {
 
     /// What bounds some rays, all of which go `backwards` along the same axes.
     #[inline(always)]
-    fn fan<N: Lanes, W: Lanes>(&self, kernels: (N, W), backwards: u32, rays: u32) -> Fan<N> {
+    fn fan<T: Twist, N: Lanes, W: Lanes>(&self, kernels: (N, W), backwards: u32, rays: u32) -> Fan<N> {
         let Self { scale, near_shift, far_shift, reach, .. } = self;
-        Fan::around(kernels, &Spokes { scale, near_shift, far_shift, reach, backwards, rays })
+        Fan::around::<T, W, MOST>(kernels, &Spokes { scale, near_shift, far_shift, reach, backwards, rays })
     }
 
     /// Pushes those of a node's children whose boxes are entered by some of the `active` rays, all of which go `backwards`

@@ -3,6 +3,7 @@
 
 use super::kernel::Lanes;
 use super::node::Node;
+use super::query::Twist;
 
 /// Straight lines below the distances at which any ray of a bundle meets a box's near planes, and above those of the far
 /// planes: one test of a box for all rays, that no box fails which one of them enters.
@@ -39,7 +40,7 @@ pub(super) struct Spokes<'a, const N: usize> {
 impl<S: Lanes> Fan<S> {
     /// Around these rays, of which there is at least one.
     #[inline(always)]
-    pub(super) fn around<W: Lanes, const N: usize>((s, w): (S, W), of: &Spokes<N>) -> Self {
+    pub(super) fn around<T: Twist, W: Lanes, const N: usize>((s, w): (S, W), of: &Spokes<N>) -> Self {
         let mut least = w.splat(f32::INFINITY);
         for from in (0..N).step_by(W::LANES) {
             let reach = w.sub(w.splat(0.0), w.load(&of.reach[from..]));
@@ -48,8 +49,8 @@ impl<S: Lanes> Fan<S> {
         let backwards = of.backwards as usize;
         Self {
             near: [backwards & 1, backwards >> 1 & 1, backwards >> 2 & 1],
-            below: lines((s, w), of.scale, of.near_shift, of.rays, 1.0),
-            above: lines((s, w), of.scale, of.far_shift, of.rays, -1.0),
+            below: lines::<T, _, _, N>((s, w), of.scale, of.near_shift, of.rays, 1.0),
+            above: lines::<T, _, _, N>((s, w), of.scale, of.far_shift, of.rays, -1.0),
             reach: s.splat(-w.least(least)),
         }
     }
@@ -73,7 +74,7 @@ impl<S: Lanes> Fan<S> {
 
 /// Slope and negative height of a line on each axis: below the rays' distances for a `sign` of 1, above them for −1.
 #[inline(always)]
-fn lines<S: Lanes, W: Lanes, const N: usize>(
+fn lines<T: Twist, S: Lanes, W: Lanes, const N: usize>(
     (s, w): (S, W),
     scale: &[[f32; N]; 3],
     shift: &[[f32; N]; 3],
@@ -82,7 +83,7 @@ fn lines<S: Lanes, W: Lanes, const N: usize>(
 ) -> [[S::F; 2]; 3] {
     let mut lines = [[s.splat(0.0); 2]; 3];
     for axis in 0..3 {
-        let [low, high] = ends(w, &scale[axis], &shift[axis], rays, sign);
+        let [low, high] = ends::<T, _>(w, &scale[axis], &shift[axis], rays, sign);
         lines[axis] = [s.splat(sign * 0.5 * (high - low)), s.splat(sign * -0.5 * (high + low))];
     }
     lines
@@ -90,8 +91,8 @@ fn lines<S: Lanes, W: Lanes, const N: usize>(
 
 /// The least of sign · (b r − s) at b = −1 and at b = 1, with slack.
 #[inline(always)]
-fn ends<W: Lanes>(w: W, r: &[f32], s: &[f32], rays: u32, sign: f32) -> [f32; 2] {
-    let (zero, one, sign, slack) = (w.splat(0.0), w.splat(1.0), w.splat(sign), w.splat(-SLACK));
+fn ends<T: Twist, W: Lanes>(w: W, r: &[f32], s: &[f32], rays: u32, sign: f32) -> [f32; 2] {
+    let (zero, one, sign, slack) = (w.splat(0.0), w.splat(1.0), w.splat(sign), w.splat(-SLACK * T::BOXES as f32));
     let (mut low, mut high) = (w.splat(f32::INFINITY), w.splat(f32::INFINITY));
     for from in (0..r.len()).step_by(W::LANES) {
         let (r, s, mask) = (w.load(&r[from..]), w.load(&s[from..]), w.mask(rays >> from));
@@ -104,4 +105,125 @@ fn ends<W: Lanes>(w: W, r: &[f32], s: &[f32], rays: u32, sign: f32) -> [f32; 2] 
         high = w.min(high, w.select(mask, of_high, w.splat(f32::INFINITY)));
     }
     [w.least(low), w.least(high)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::stream::{Stream, stream, uniform};
+    use crate::scene::bvh::kernel::{Level, Task};
+    use crate::scene::bvh::query::Straight;
+    use glam::{DVec3, Vec4};
+    use std::marker::PhantomData;
+
+    const RAYS: usize = 32;
+
+    #[derive(Clone)]
+    struct Case {
+        scale: [[f32; RAYS]; 3],
+        shift: [[f32; RAYS]; 3],
+        reach: [f32; RAYS],
+        backwards: u32,
+        rays: u32,
+        node: Node,
+    }
+
+    /// Children that the fan lets in, and those that a ray enters.
+    struct Both<'a, T>(&'a Case, PhantomData<T>);
+
+    impl<T: Twist> Task for Both<'_, T> {
+        type Output = (u32, u32);
+
+        #[inline(always)]
+        fn run<N: Lanes, W: Lanes>(self, n: N, w: W) -> (u32, u32) {
+            let Case { scale, shift, reach, backwards, rays, node } = self.0;
+            let (backwards, rays) = (*backwards, *rays);
+            let spokes = Spokes { scale, near_shift: shift, far_shift: shift, reach, backwards, rays };
+            let mut entered = 0;
+            for lane in 0..8 {
+                let ([near, far], _) = node.child_of(lane, backwards);
+                for from in (0..RAYS).step_by(W::LANES) {
+                    let (mut enter, mut leave) = (w.splat(0.0), w.load(&reach[from..]));
+                    for k in 0..3 {
+                        let (r, s) = (w.load(&scale[k][from..]), w.load(&shift[k][from..]));
+                        enter = w.max(enter, w.mul_sub(w.splat(near[k]), r, s));
+                        leave = w.min(leave, w.mul_sub(w.splat(far[k]), r, s));
+                    }
+                    let hit = w.bits(w.le(enter, leave)) & rays >> from;
+                    entered |= u32::from(hit != 0) << lane;
+                }
+            }
+            (Fan::around::<T, W, RAYS>((n, w), &spokes).enter(n, node), entered)
+        }
+    }
+
+    fn signed(rng: &mut Stream) -> f64 {
+        2.0 * uniform(rng) - 1.0
+    }
+
+    /// Rays around one, some from the same point, in a node whose boxes are met by one of them or lie anywhere.
+    fn case(seed: u64) -> Case {
+        let rng = &mut stream(seed, 0, 0);
+        let mut point = |size: f64| size * DVec3::new(signed(rng), signed(rng), signed(rng));
+        let (origin, first) = (point(3.0), point(1.0).normalize());
+        let some = 10_f64.powf(-3.0 - 3.0 * point(1.0).x);
+        // Where all rays are one, the lines are as near as they can be to what they bound.
+        let (spread, apart) = [(some, 1e-3), (some, 0.0), (0.0, 0.0)][seed as usize % 3];
+        let rays: [(DVec3, DVec3); RAYS] =
+            std::array::from_fn(|_| (origin + point(apart), (first + point(spread)).normalize()));
+        let of = |f: &dyn Fn(usize, usize) -> f64| [0, 1, 2].map(|k| std::array::from_fn(|i| f(i, k) as f32));
+        let backwards = |dir: DVec3| dir.is_negative_bitmask() & 7;
+        let mut node = Node::EMPTY;
+        for lane in 0..7 {
+            let (from, dir) = rays[lane * 4];
+            let near = if lane < 4 { from + (from.length() + point(1.0).x) * dir } else { point(1.0) };
+            let size = 10_f64.powf(-4.0 - 3.0 * point(1.0).x) * f64::from(u8::from(lane % 4 != 0));
+            let far = near + size * point(1.0).abs();
+            let corner = |p: DVec3| p.clamp(DVec3::NEG_ONE, DVec3::ONE).as_vec3().extend(0.0);
+            let (lo, hi): (Vec4, Vec4) = (corner(near), corner(far));
+            node.set(lane, lo, hi, lane as u32);
+        }
+        Case {
+            scale: of(&|i, k| 1.0 / rays[i].1[k]),
+            shift: of(&|i, k| rays[i].0[k] / rays[i].1[k]),
+            reach: std::array::from_fn(|i| if i % 8 == 0 { 3.0 } else { 9.0 }),
+            backwards: backwards(first),
+            rays: (0..RAYS).fold(0, |all, i| all | u32::from(backwards(rays[i].1) == backwards(first)) << i),
+            node,
+        }
+    }
+
+    /// Boxes that a ray enters and the fan does not let in; boxes that no ray enters, and how many of them the fan keeps out.
+    fn judge<T: Twist>(level: Level) -> [u32; 3] {
+        let mut sums = [0; 3];
+        for seed in 0..20_000 {
+            let case = case(seed);
+            if case.rays == 0 {
+                continue;
+            }
+            let (kept, entered) = level.run(Both::<T>(&case, PhantomData));
+            let counts = [entered & !kept, 0x7f & !entered, 0x7f & !entered & !kept].map(u32::count_ones);
+            assert_eq!(kept >> 7, 0, "an absent child");
+            for (sum, count) in sums.iter_mut().zip(counts) {
+                *sum += count;
+            }
+        }
+        sums
+    }
+
+    struct NoSlack;
+
+    impl Twist for NoSlack {
+        const BOXES: f64 = 0.0;
+    }
+
+    #[test]
+    fn what_a_ray_enters_is_let_in_and_little_else() {
+        for level in Level::all().into_iter().flatten() {
+            let [missing, others, kept_out] = judge::<Straight>(level);
+            assert_eq!(missing, 0, "{level:?}");
+            assert!(kept_out > others / 2, "{level:?}: {kept_out} of {others}");
+            assert!(judge::<NoSlack>(level)[0] > 0, "{level:?}: the test does not see that slack is needed");
+        }
+    }
 }

@@ -7,8 +7,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::Notes;
 use super::error::{Place, SceneError};
 use crate::math::color::Rgb;
+use crate::sampling::filter::Filter;
 use crate::scene::camera::{Camera, Projection};
-use crate::scene::description::{FilmSettings, FilterKind, RenderSettings, SceneDescription};
+use crate::scene::description::{FilmSettings, RenderSettings, SceneDescription};
 use crate::scene::light::Light;
 use crate::scene::material::Material;
 use crate::scene::shape::{Geometry, Shape};
@@ -54,7 +55,7 @@ impl Parts {
         let longer = 512.0;
         let (width, height) = if aspect >= 1.0 { (longer, longer / aspect) } else { (longer * aspect, longer) };
         let pixels = |size: f64| (size.round() as usize).max(1);
-        let film = FilmSettings { width: pixels(width), height: pixels(height), filter: FilterKind::Box };
+        let film = FilmSettings { width: pixels(width), height: pixels(height), filter: Filter::BOX };
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(SceneDescription { name, camera, film, render: RenderSettings::default(), materials, shapes, lights })
     }

@@ -5,8 +5,9 @@ use glam::DAffine3;
 use super::Context;
 use super::document::NodeId;
 use super::props::Props;
+use crate::sampling::filter::{Filter, KNOWN};
 use crate::scene::camera::{Camera, Projection, horizontal_fov};
-use crate::scene::description::{FilmSettings, FilterKind, RenderSettings};
+use crate::scene::description::{FilmSettings, RenderSettings};
 use crate::scene::file::error::SceneError;
 
 /// The largest image, in pixels on a side.
@@ -17,7 +18,7 @@ pub(super) fn sensor(context: &Context<'_>, id: NodeId) -> Result<(Camera, FilmS
     let props = Props::new(context.document, id)?;
     let film = match props.object("film")? {
         Some(film) => self::film(context, film)?,
-        None => DEFAULT_FILM,
+        None => FilmSettings { width: WIDTH as usize, height: HEIGHT as usize, filter: gaussian() },
     };
     let samples = match props.object("sampler")? {
         Some(sampler) => self::sampler(context, sampler)?,
@@ -102,9 +103,14 @@ fn tan_half_x(props: &Props<'_>, aspect: f64) -> Result<f64, SceneError> {
     Ok(if horizontal { tan } else { (0.5 * horizontal_fov(fov, aspect)).tan() })
 }
 
-/// Mitsuba's own.
-pub(super) const DEFAULT_FILM: FilmSettings =
-    FilmSettings { width: 768, height: 576, filter: FilterKind::Gaussian { stddev: 0.5 } };
+/// The size of Mitsuba's images where none is given.
+const WIDTH: i64 = 768;
+const HEIGHT: i64 = 576;
+
+/// Mitsuba's filter where none is given.
+fn gaussian() -> Filter {
+    Filter::gaussian(0.5, 2.0).expect("a good filter")
+}
 
 fn film(context: &Context<'_>, id: NodeId) -> Result<FilmSettings, SceneError> {
     let props = Props::new(context.document, id)?;
@@ -115,7 +121,7 @@ fn film(context: &Context<'_>, id: NodeId) -> Result<FilmSettings, SceneError> {
         n if (1..=LARGEST).contains(&n) => Ok(n),
         n => Err(props.bad(name, &n.to_string(), &format!("a number of pixels in 1 to {LARGEST}"))),
     };
-    let (width, height) = (size("width", 768)?, size("height", 576)?);
+    let (width, height) = (size("width", WIDTH)?, size("height", HEIGHT)?);
     let crop = ["crop_width", "crop_height", "crop_offset_x", "crop_offset_y"];
     let whole = [width, height, 0, 0];
     for (name, whole) in crop.into_iter().zip(whole) {
@@ -126,7 +132,7 @@ fn film(context: &Context<'_>, id: NodeId) -> Result<FilmSettings, SceneError> {
     }
     let filter = match props.object("rfilter")? {
         Some(filter) => self::filter(context, filter)?,
-        None => DEFAULT_FILM.filter,
+        None => gaussian(),
     };
     // How the image is stored is the command line's to say.
     props.no_effect(&["file_format", "pixel_format", "component_format", "banner", "gamma", "exposure"]);
@@ -135,27 +141,35 @@ fn film(context: &Context<'_>, id: NodeId) -> Result<FilmSettings, SceneError> {
     Ok(FilmSettings { width: width as usize, height: height as usize, filter })
 }
 
-fn filter(context: &Context<'_>, id: NodeId) -> Result<FilterKind, SceneError> {
+fn filter(context: &Context<'_>, id: NodeId) -> Result<Filter, SceneError> {
     let props = Props::new(context.document, id)?;
     let filter = match props.node.kind.as_str() {
-        "box" => FilterKind::Box,
-        "tent" => FilterKind::Tent,
-        "gaussian" => FilterKind::Gaussian { stddev: props.positive("stddev", 0.5)? },
+        "box" => Ok(Filter::BOX),
+        "tent" => Filter::tent(props.float("radius", 1.0)?),
+        "gaussian" => {
+            let stddev = props.float("stddev", 0.5)?;
+            Filter::gaussian(stddev, 4.0 * stddev)
+        }
         "mitchell" => {
             let third = 1.0 / 3.0;
-            FilterKind::Mitchell { b: props.float("b", third)?, c: props.float("c", third)? }
+            Filter::mitchell(props.float("b", third)?, props.float("c", third)?)
         }
-        "catmullrom" => FilterKind::Mitchell { b: 0.0, c: 0.5 },
+        "catmullrom" => Filter::mitchell(0.0, 0.5),
+        "lanczos" => {
+            let lobes = props.optional_integer("lobes")?.unwrap_or(3);
+            Filter::lanczos(lobes.clamp(0, u32::MAX.into()) as u32)
+        }
         _ => {
-            let error = props.unknown_kind(&["box", "tent", "gaussian", "mitchell", "catmullrom"]);
+            let error = props.unknown_kind(&["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"]);
             context.notes.unsupported(error, "a Gaussian takes its place")?;
-            return Ok(DEFAULT_FILM.filter);
+            return Ok(gaussian());
         }
     };
-    if filter == FilterKind::Tent && props.float("radius", 1.0)? != 1.0 {
-        let error = props.unsupported("radius", "a tent of another radius", "1");
-        context.notes.unsupported(error, "its radius is 1")?;
-    }
+    let filter = filter.map_err(|error| SceneError::Malformed {
+        place: props.place(),
+        problem: error.problem(),
+        allowed: KNOWN.into(),
+    })?;
     props.finish(context.notes)?;
     Ok(filter)
 }

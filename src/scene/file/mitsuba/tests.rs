@@ -5,8 +5,9 @@ use std::fmt::Write;
 use glam::{DAffine3, DVec2, DVec3};
 
 use crate::math::color::Rgb;
+use crate::sampling::filter::Filter;
 use crate::scene::camera::Projection;
-use crate::scene::description::{FilterKind, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::scene::file::testing::{Files, mutate};
 use crate::scene::file::{LoadOptions, load};
 use crate::scene::light::Light;
@@ -95,7 +96,37 @@ fn a_camera_without_an_angle_has_a_lens_of_50_mm() {
     // Mitsuba 3.9.1 says x_fov = 38.1848 for the same.
     assert!(((2.0 * tan_half_x.atan()).to_degrees() - 38.1848).abs() < 1e-4);
     assert_eq!((scene.film.width, scene.film.height), (768, 576));
-    assert_eq!(scene.film.filter, FilterKind::Gaussian { stddev: 0.5 });
+    assert_eq!(scene.film.filter, Filter::gaussian(0.5, 2.0).unwrap());
+}
+
+#[test]
+fn filters() {
+    let load = |filter: &str| {
+        let file = format!(
+            "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/>
+             <film type='hdrfilm'>{filter}</film></sensor></scene>"
+        );
+        Files::new().with("s.xml", &file).load("s.xml")
+    };
+    for (xml, filter) in [
+        ("<rfilter type='box'/>", Filter::BOX),
+        ("<rfilter type='tent'/>", Filter::TENT),
+        ("<rfilter type='tent'><float name='radius' value='1.5'/></rfilter>", Filter::tent(1.5).unwrap()),
+        ("<rfilter type='gaussian'><float name='stddev' value='0.7'/></rfilter>", Filter::gaussian(0.7, 2.8).unwrap()),
+        ("<rfilter type='catmullrom'/>", Filter::mitchell(0.0, 0.5).unwrap()),
+        ("<rfilter type='lanczos'><integer name='lobes' value='2'/></rfilter>", Filter::lanczos(2).unwrap()),
+    ] {
+        assert_eq!(load(xml).unwrap().scene.film.filter, filter, "{xml}");
+    }
+    for (xml, problem) in [
+        ("<rfilter type='tent'><float name='radius' value='-1'/></rfilter>", "the radius must be in (0, 16]"),
+        ("<rfilter type='gaussian'><float name='stddev' value='9'/></rfilter>", "the radius must be in (0, 16]"),
+        ("<rfilter type='lanczos'><integer name='lobes' value='-3'/></rfilter>", "lobes must be a whole number to 16"),
+        ("<rfilter type='sinc'/>", "lanczos"),
+    ] {
+        let error = load(xml).unwrap_err().to_string();
+        assert!(error.contains(problem) && error.contains("s.xml: line 2"), "{xml}: {error}");
+    }
 }
 
 #[test]

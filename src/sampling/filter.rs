@@ -35,13 +35,21 @@ pub const CELLS: usize = 1024;
 
 /// What is wrong with the name of a filter or its parameters.
 #[derive(Debug, thiserror::Error, PartialEq)]
-#[error("filter {typed}: {reason}; known are {KNOWN}")]
+#[error("{}; known are {KNOWN}", self.problem())]
 pub struct FilterError {
     typed: String,
     reason: String,
 }
 
-const KNOWN: &str =
+impl FilterError {
+    /// What is wrong with which filter.
+    pub fn problem(&self) -> String {
+        format!("filter {}: {}", self.typed, self.reason)
+    }
+}
+
+/// The filters with their defaults, as they are spelled.
+pub const KNOWN: &str =
     "box, tent:radius=1, gaussian:stddev=0.5,radius=2, mitchell:b=1/3,c=1/3, catmullrom, lanczos:lobes=3";
 
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +72,9 @@ pub struct Filter {
 impl Filter {
     /// Each sample counts alike within its pixel, nothing outside.
     pub const BOX: Self = Self { kind: Kind::Box, table: None };
+
+    /// A tent that falls to 0 at one pixel.
+    pub const TENT: Self = Self { kind: Kind::Tent { radius: 1.0 }, table: None };
 
     /// A tent that falls to 0 at `radius` pixels, in (0, 16].
     pub fn tent(radius: f64) -> Result<Self, FilterError> {
