@@ -2,10 +2,10 @@
 //! sheet of verdicts for any BRDF, and path-traced images with the error of every pixel.
 //!
 //! ```text
-//! math -> image -> sampling -> bsdf -> integrate -> validate -> scene -> render -> report -> cli
-//!         pixels   uniforms    f       albedo       verdicts    shapes   paths     tables    SUBJECT, SCENE
-//!         files    -> wi       pdf     ± error      power       lights   film      plots     -> exit status
-//!                              sample               twins       rays     furnace   HTML
+//! math -> image -> sampling -> bsdf -> integrate -> validate -> scene -> render -> converge -> report -> cli
+//!         pixels   uniforms    f       albedo       verdicts    shapes   paths     rates       tables    SUBJECT, SCENE
+//!         files    -> wi       pdf     ± error      power       lights   film      against     plots     -> exit status
+//!                              sample               twins       rays     furnace   theory      HTML
 //! ```
 //! No module knows a later one, and a test sees to it.
 //!
@@ -37,6 +37,7 @@
 
 pub mod bsdf;
 pub mod cli;
+pub mod converge;
 pub mod image;
 pub mod integrate;
 pub mod math;

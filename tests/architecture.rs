@@ -6,8 +6,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const LAYERS: [&str; 10] =
-    ["math", "image", "sampling", "bsdf", "integrate", "validate", "scene", "render", "report", "cli"];
+const LAYERS: [&str; 11] =
+    ["math", "image", "sampling", "bsdf", "integrate", "validate", "scene", "render", "converge", "report", "cli"];
 
 /// The layers after `layer` that `source` names in its paths, with the line on which it does.
 fn later_layers_named(layer: &str, source: &str) -> Vec<(usize, &'static str)> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use super::compare::{self, CompareArgs};
+use super::converge::ConvergeArgs;
 use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
 use super::render::{self, RenderArgs};
@@ -67,6 +68,15 @@ pub(super) enum Command {
         whitefurnace furnace\n  whitefurnace furnace ggx:alpha=0.3 burley:rho=0.8,roughness=0.5 --samples 100000\n  \
         whitefurnace furnace --json -"))]
     Furnace(FurnaceArgs),
+    /// Measures how the error of estimators falls with the number of samples, and compares the rate with theory
+    #[command(after_help = format!("{SUBJECTS}\n\nColumns: the fitted exponent with its 99 % interval, the exponents of \
+        theory (smooth to edged), the standard\ndeviation of one sample, measured and known, nanoseconds a sample, and \
+        1 / (variance x seconds).\n\nExit status: 0 all agree, 1 some rate differs from theory, 3 no verdict on some, \
+        2 bad usage or input\n\nExamples:\n  \
+        whitefurnace converge irradiance:unit-square --out study\n  \
+        whitefurnace converge albedo:ggx:alpha=0.3@0.5 --estimator bsdf,cosine\n  \
+        whitefurnace converge albedo:lambert@0.5 --n 64..4096 --replicates 256"))]
+    Converge(ConvergeArgs),
     /// Lists every built-in scene with its parameters, and what is known about it in closed form
     #[command(after_help = "Examples:\n  whitefurnace scenes\n  whitefurnace scenes --json | jq -r '.scenes[].name'")]
     Scenes(ScenesArgs),

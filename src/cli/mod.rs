@@ -7,6 +7,7 @@
 mod albedo;
 mod args;
 mod compare;
+mod converge;
 mod eval;
 mod furnace;
 mod job;
@@ -72,6 +73,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Eval(args) => eval::run(&job::eval(&args)?, &mut out),
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
         Command::Furnace(args) => furnace::run(args, &mut out, terminal),
+        Command::Converge(args) => converge::run(&args, &mut out),
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Render(args) => render::run(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),

@@ -1,8 +1,9 @@
 //! What tests of closed forms share: scenes built in code, rays at a point, and one level for all comparisons of a test.
 
+mod family;
+
 use std::f64::consts::{PI, TAU};
 
-use statrs::distribution::{ContinuousCDF, Normal};
 use whitefurnace::glam::{DAffine3, DMat3, DVec2, DVec3};
 use whitefurnace::integrate::Estimate;
 use whitefurnace::math::color::Rgb;
@@ -15,6 +16,8 @@ use whitefurnace::scene::builtin::builtin;
 use whitefurnace::scene::{
     Camera, FilmSettings, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
 };
+
+pub(crate) use family::Family;
 
 pub(crate) const STRATEGIES: [Strategy; 4] = [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect];
 
@@ -88,30 +91,4 @@ pub(crate) fn radiosity(
     let [red, ..] = Probe { seed: 1, number, samples }.estimate(tracer, scene, ray);
     let estimate = Estimate::from(&red);
     Estimate { mean: PI * estimate.mean, std_err: PI * estimate.std_err, n: estimate.n }
-}
-
-/// Comparisons with exact values that fail together at one family-wise level.
-#[derive(Debug, Default)]
-pub(crate) struct Family {
-    scores: Vec<(String, f64)>,
-}
-
-/// The probability that a test fails though everything is right: the seeds are fixed, so it will not.
-const LEVEL: f64 = 1e-3;
-
-impl Family {
-    /// Adds an estimate and its exact value, known to `error`. Beyond chance, 1e-9 of the value is allowed for rounding.
-    pub(crate) fn add(&mut self, label: impl Into<String>, estimate: Estimate, exact: f64, error: f64) {
-        let label = format!("{}: {} ± {:.1e} against {exact}", label.into(), estimate.mean, estimate.std_err);
-        self.scores.push((label, estimate.z(exact, error + 1e-9 * exact.abs())));
-    }
-
-    /// Fails where any score is too far out for so many (Šidák).
-    pub(crate) fn judge(&self) {
-        assert!(!self.scores.is_empty());
-        let each = 1.0 - (1.0 - LEVEL).powf(1.0 / self.scores.len() as f64);
-        let bound = Normal::standard().inverse_cdf(1.0 - 0.5 * each);
-        let (_, far): (Vec<_>, Vec<_>) = self.scores.iter().partition(|(_, z)| z.abs() <= bound);
-        assert!(far.is_empty(), "beyond {bound:.2} standard errors of {} comparisons: {far:#?}", self.scores.len());
-    }
 }

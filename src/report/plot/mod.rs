@@ -4,6 +4,8 @@
 //! what the classes look like in either colour scheme. A viewer without CSS still shows the light colours. No font is
 //! needed: texts stay texts.
 
+mod convergence;
+
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,6 +14,8 @@ use plotters::prelude::*;
 
 use super::probe::{AlbedoPoint, AsymmetryMap, Histogram};
 use super::table::short;
+
+pub use convergence::{Curve, convergence};
 
 /// What a colour stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,85 @@
+//! The directional albedo of a model as a target.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::{Draw, Estimator, Target, mis};
+use crate::bsdf::{Bsdf, Density, Lobes};
+use crate::integrate::{Hemisphere, Side};
+use crate::sampling::sampler::Sampler;
+use crate::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
+
+/// The albedo of `bsdf` for light towards `wo`, all channels' mean, from the certified integrator. Models with Dirac lobes
+/// have the estimator `bsdf` alone: no other finds such a lobe.
+pub fn albedo<'a>(name: &str, bsdf: &'a dyn Bsdf, wo: DVec3) -> Target<'a> {
+    let exact = Hemisphere::default().albedo(bsdf, Side::Eye, wo);
+    let estimator = |name, draw| Estimator { name, draw, sigma: None };
+    let mut estimators = vec![estimator("bsdf", own(bsdf, wo))];
+    if !bsdf.lobes().contains(Lobes::DIRAC) {
+        estimators.push(estimator("cosine", cosine(bsdf, wo)));
+        estimators.push(estimator("uniform", uniform(bsdf, wo)));
+        estimators.push(estimator("balance", both(bsdf, wo, 1)));
+        estimators.push(estimator("power", both(bsdf, wo, 2)));
+    }
+    Target { name: name.into(), exact: exact.value.mean(), error: exact.error, estimators }
+}
+
+/// f |cos|, all channels' mean.
+fn f_cos(bsdf: &dyn Bsdf, wo: DVec3, wi: DVec3) -> f64 {
+    bsdf.eval(wo, wi).mean() * wi.z.abs()
+}
+
+/// On how many sides of the surface there is light.
+fn sides(bsdf: &dyn Bsdf) -> f64 {
+    if bsdf.lobes().contains(Lobes::TRANSMIT) { 2.0 } else { 1.0 }
+}
+
+/// A direction of the upper half to the side that `u` picks, for `sides` of 2; to that of `wo` for 1.
+fn to_side(w: DVec3, wo: DVec3, sides: f64, u: f64) -> DVec3 {
+    let up = if sides > 1.0 { u < 0.5 } else { wo.z > 0.0 };
+    if up { w } else { DVec3::new(w.x, w.y, -w.z) }
+}
+
+fn own(bsdf: &dyn Bsdf, wo: DVec3) -> Draw<'_> {
+    Box::new(move |sampler| bsdf.sample(wo, sampler.next_uniforms()).map_or(0.0, |drawn| drawn.weight.mean()))
+}
+
+fn uniform(bsdf: &dyn Bsdf, wo: DVec3) -> Draw<'_> {
+    let sides = sides(bsdf);
+    Box::new(move |sampler| {
+        let u = sampler.next_uniforms();
+        let wi = to_side(uniform_hemisphere(u.dir), wo, sides, u.lobe);
+        f_cos(bsdf, wo, wi) * 2.0 * PI * sides
+    })
+}
+
+/// A cosine-weighted direction and its density [1/sr].
+fn cosine_sample(wo: DVec3, sides: f64, sampler: &mut dyn Sampler) -> (DVec3, f64) {
+    let u = sampler.next_uniforms();
+    let wi = to_side(cosine_hemisphere(u.dir), wo, sides, u.lobe);
+    (wi, wi.z.abs() / (PI * sides))
+}
+
+fn cosine(bsdf: &dyn Bsdf, wo: DVec3) -> Draw<'_> {
+    let sides = sides(bsdf);
+    Box::new(move |sampler| {
+        let (wi, _) = cosine_sample(wo, sides, sampler);
+        // The cosine of f cos / pdf cancels.
+        bsdf.eval(wo, wi).mean() * PI * sides
+    })
+}
+
+/// One cosine-weighted and one sample of the model's own.
+fn both(bsdf: &dyn Bsdf, wo: DVec3, power: i32) -> Draw<'_> {
+    let sides = sides(bsdf);
+    Box::new(move |sampler| {
+        let (wi, p) = cosine_sample(wo, sides, sampler);
+        let by_cosine = bsdf.eval(wo, wi).mean() * PI * sides * mis(power, p, bsdf.pdf(wo, wi));
+        let by_model = bsdf.sample(wo, sampler.next_uniforms()).map_or(0.0, |drawn| match drawn.density {
+            Density::SolidAngle(q) => drawn.weight.mean() * mis(power, q, drawn.wi.z.abs() / (PI * sides)),
+            Density::Dirac(_) => drawn.weight.mean(),
+        });
+        by_cosine + by_model
+    })
+}

@@ -1,0 +1,118 @@
+//! The convergence lab: known means and standard deviations are found, rates agree with theory, and what must not be
+//! believed is not.
+
+#[path = "common/family.rs"]
+mod family;
+
+use family::Family;
+use whitefurnace::bsdf::subject::parse;
+use whitefurnace::converge::{Estimator, Study, Theory, Verdict, albedo, irradiance};
+use whitefurnace::integrate::Estimate;
+use whitefurnace::math::sphere::direction_mu;
+use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
+
+/// The probability that a verdict is wrong by chance: the seeds are fixed, so it will not be.
+const LEVEL: f64 = 1e-4;
+
+fn study(number: u64, from: u32, to: u32, replicates: u64) -> Study {
+    let counts = (from..=to).map(|k| 1 << k).collect();
+    Study { counts, replicates, seed: 1, number, sampler: SamplerKind::Independent }
+}
+
+fn estimator<'a>(draw: impl Fn(&mut dyn Sampler) -> f64 + Sync + 'a) -> Estimator<'a> {
+    Estimator { name: "test", draw: Box::new(draw), sigma: None }
+}
+
+#[test]
+fn six_estimators_of_an_irradiance_have_their_means_spreads_and_rates() {
+    let mut family = Family::default();
+    for (name, published) in [("unit-square", 0.752274688454), ("unit-square-corner", 0.435209875684)] {
+        let target = irradiance::irradiance(name).expect("a target");
+        // Twelve digits are published.
+        assert!((target.exact - published).abs() < 5e-13, "{name}: {}", target.exact);
+        for (i, estimator) in target.estimators.iter().enumerate() {
+            // 64 means of 16 to 4096 samples: a million, whose spread is known to .4 % even for the heaviest tail here.
+            let found = study(i as u64, 4, 13, 64).run(estimator, target.exact, target.error);
+            if let Some(sigma) = estimator.sigma {
+                let ratio = found.samples.variance().sqrt() / sigma;
+                assert!((ratio - 1.0).abs() < 0.02, "{name} {}: σ {ratio} of what it should be", estimator.name);
+            }
+            family.add(format!("{name} {}", estimator.name), Estimate::from(&found.samples), target.exact, 1e-15);
+            assert_eq!(
+                found.verdict(&Theory::of(SamplerKind::Independent), LEVEL),
+                Verdict::Agrees,
+                "{}",
+                estimator.name
+            );
+        }
+    }
+    family.judge();
+}
+
+#[test]
+fn estimators_of_an_albedo_agree_with_the_integrator() {
+    let mut family = Family::default();
+    for (s, subject) in
+        ["lambert:rho=0.8", "ggx:alpha=0.3", "phong:n=20,norm=n+2", "rough-dielectric:alpha=0.4,eta=1.5", "mirror"]
+            .into_iter()
+            .enumerate()
+    {
+        let bsdf = parse(subject).expect("a model");
+        let target = albedo::albedo(subject, &bsdf, direction_mu(0.6, 0.0));
+        for (i, estimator) in target.estimators.iter().enumerate() {
+            let found = study((10 * s + i) as u64, 6, 10, 64).run(estimator, target.exact, target.error);
+            family.add(
+                format!("{subject} {}", estimator.name),
+                Estimate::from(&found.samples),
+                target.exact,
+                target.error,
+            );
+        }
+    }
+    family.judge();
+}
+
+/// Russian roulette in a furnace: every reflection brings ρ/q of the light and is survived with probability q.
+fn roulette(rho: f64, q: f64) -> Estimator<'static> {
+    estimator(move |sampler| {
+        let (mut sum, mut weight) = (0.0, 1.0);
+        while sampler.next_1d() < q {
+            weight *= rho / q;
+            sum += weight;
+        }
+        sum
+    })
+}
+
+#[test]
+fn roulette_has_its_variance_and_an_infinite_one_is_not_called_a_rate() {
+    // Var = 1/(1 − a) + 2/(w − 1) [a/(1 − a) − ρ/(1 − ρ)] − 1/(1 − ρ)² with a = ρ²/q, w = ρ/q, of 1 + the sum.
+    for (i, (rho, q)) in [(0.5, 0.4), (0.5, 0.7), (0.9, 0.95)].into_iter().enumerate() {
+        let (a, w): (f64, f64) = (rho * rho / q, rho / q);
+        let second = 1.0 / (1.0 - a) + 2.0 / (w - 1.0) * (a / (1.0 - a) - rho / (1.0 - rho));
+        let variance = second - (1.0 / (1.0 - rho)).powi(2);
+        let found = study(100 + i as u64, 6, 13, 64).run(&roulette(rho, q), rho / (1.0 - rho), 0.0);
+        let kurtosis = found.samples.excess_kurtosis() + 2.0;
+        // Four standard errors of a variance from n samples of this kurtosis.
+        let error = 4.0 * (kurtosis / found.samples.count() as f64).sqrt();
+        assert!((found.samples.variance() / variance - 1.0).abs() < error, "ρ {rho}, q {q}: {:?}", found.samples);
+        assert_eq!(found.verdict(&Theory::of(SamplerKind::Independent), LEVEL), Verdict::Agrees, "ρ {rho}, q {q}");
+    }
+    // q ≤ ρ²: no variance.
+    let found = study(110, 6, 13, 64).run(&roulette(0.9, 0.6), 9.0, 0.0);
+    assert_eq!(found.verdict(&Theory::of(SamplerKind::Independent), LEVEL), Verdict::HeavyTail);
+}
+
+#[test]
+fn a_bias_is_no_rate_and_little_data_no_verdict() {
+    let theory = Theory::of(SamplerKind::Independent);
+    let biased = estimator(|sampler| 1.02 * sampler.next_1d());
+    assert_eq!(study(200, 6, 14, 64).run(&biased, 0.5, 0.0).verdict(&theory, LEVEL), Verdict::Differs);
+    let fair = estimator(|sampler| sampler.next_1d());
+    assert_eq!(study(201, 6, 14, 64).run(&fair, 0.5, 0.0).verdict(&theory, LEVEL), Verdict::Agrees);
+    let little = study(202, 6, 8, 4).run(&fair, 0.5, 0.0).verdict(&theory, LEVEL);
+    assert!(matches!(little, Verdict::Insufficient(_)), "{little:?}");
+    // Nothing spreads, so that there is nothing to fit.
+    let certain = study(203, 6, 14, 64).run(&estimator(|_| 0.5), 0.5, 0.0).verdict(&theory, LEVEL);
+    assert!(matches!(certain, Verdict::Insufficient(_)), "{certain:?}");
+}
