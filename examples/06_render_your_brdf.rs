@@ -34,8 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lights: vec![Light::Constant { radiance: Rgb::WHITE }],
     })?;
     let tracer = PathTracer { bounces: Some(1), ..PathTracer::default() };
-    let job =
-        Job { scene: &scene, radiance: &tracer, filter: &Filter::BOX, sampler: SamplerKind::Independent, seed: 1 };
+    let sampler = SamplerKind::Independent.sampler(1, 256);
+    let job = Job { scene: &scene, radiance: &tracer, filter: &Filter::BOX, sampler: &sampler };
     let mut film = Film::new(64, 64);
     render(&job, &mut film, Stop::Samples(256), &AtomicBool::new(false), &mut |_, _| {});
 

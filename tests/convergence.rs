@@ -7,6 +7,7 @@ mod family;
 use family::Family;
 use whitefurnace::bsdf::subject::parse;
 use whitefurnace::converge::{Estimator, Study, Theory, Verdict, albedo, irradiance};
+use whitefurnace::glam::DVec2;
 use whitefurnace::integrate::Estimate;
 use whitefurnace::math::sphere::direction_mu;
 use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
@@ -115,4 +116,44 @@ fn a_bias_is_no_rate_and_little_data_no_verdict() {
     // Nothing spreads, so that there is nothing to fit.
     let certain = study(203, 6, 14, 64).run(&estimator(|_| 0.5), 0.5, 0.0).verdict(&theory, LEVEL);
     assert!(matches!(certain, Verdict::Insufficient(_)), "{certain:?}");
+}
+
+/// Fits over N = 64 to 16384, in powers of `base`, with 256 replicates: the slope's standard error is then .008 for powers of
+/// two and .010 for powers of four. With 64 it would be twice that, and chance alone could break the tolerances below.
+fn rate(kind: SamplerKind, number: u64, base: u64, draw: fn(DVec2) -> f64, exact: f64) -> (f64, Verdict, Verdict) {
+    let counts: Vec<u64> = (0..).map(|k| 64 * base.pow(k)).take_while(|&n| n <= 16_384).collect();
+    let study = Study { counts, replicates: 256, seed: 1, number, sampler: kind };
+    let found = study.run(&estimator(move |sampler| draw(sampler.next_2d())), exact, 0.0);
+    let slope = found.fit.expect("a fit").slope;
+    let [own, independent] = [kind, SamplerKind::Independent].map(|kind| found.verdict(&Theory::of(kind), LEVEL));
+    (slope, own, independent)
+}
+
+#[test]
+fn points_converge_as_theory_says_and_not_as_something_else() {
+    let smooth: (fn(DVec2) -> f64, f64) = (|p| (p.x + p.y).exp(), (std::f64::consts::E - 1.0).powi(2));
+    // Below an oblique line that leaves the square on its sides: .3 + .6 / 2 of it.
+    let edge: (fn(DVec2) -> f64, f64) = (|p| f64::from(u8::from(p.y < 0.3 + 0.6 * p.x)), 0.6);
+    // The rates and tolerances are those of independent measurements; jittered points are best at
+    // squares. Of Sobol's, a smooth integrand's error falls at least as N^(-1.5).
+    for (i, (kind, base, rates, tolerance)) in [
+        (SamplerKind::Independent, 2, [-0.5, -0.5], 0.03),
+        (SamplerKind::Jittered, 4, [-0.99, -0.78], 0.05),
+        (SamplerKind::Sobol, 2, [f64::NEG_INFINITY, -0.74], 0.06),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for (k, ((draw, exact), expected)) in [smooth, edge].into_iter().zip(rates).enumerate() {
+            let (slope, own, independent) = rate(kind, (300 + 2 * i + k) as u64, base, draw, exact);
+            if expected.is_finite() {
+                assert!((slope - expected).abs() <= tolerance, "{kind:?} {k}: {slope}");
+            } else {
+                assert!(slope <= -1.5 + tolerance, "{kind:?} {k}: {slope}");
+            }
+            assert_eq!(own, Verdict::Agrees, "{kind:?} {k}: {slope}");
+            let expected = if kind == SamplerKind::Independent { Verdict::Agrees } else { Verdict::Differs };
+            assert_eq!(independent, expected, "{kind:?} {k}: {slope}, declared as independent");
+        }
+    }
 }

@@ -20,7 +20,8 @@ fn cornell() -> Scene {
 }
 
 fn image(scene: &Scene, tracer: &PathTracer, samples: u64, seed: u64) -> Film {
-    let job = Job { scene, radiance: tracer, filter: &Filter::BOX, sampler: SamplerKind::Independent, seed };
+    let job =
+        Job { scene, radiance: tracer, filter: &Filter::BOX, sampler: &SamplerKind::Independent.sampler(seed, 1) };
     let mut film = Film::new(SIZE, SIZE);
     render(&job, &mut film, Stop::Samples(samples), &AtomicBool::new(false), &mut |_, _| {});
     film

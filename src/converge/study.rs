@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::Estimator;
 use crate::integrate::{RateFit, RatePoint, fit_rate, trigamma};
 use crate::math::sum::Moments;
-use crate::sampling::sampler::{Independent, Sampler, SamplerKind};
+use crate::sampling::sampler::{Sampler, SamplerKind};
 use crate::sampling::stream::stream;
 use crate::validate::convergence::is_heavy;
 
@@ -92,6 +92,8 @@ impl Theory {
     pub fn of(sampler: SamplerKind) -> Self {
         match sampler {
             SamplerKind::Independent => Self { steepest: -0.5, flattest: -0.5 },
+            SamplerKind::Jittered => Self { steepest: -1.0, flattest: -0.75 },
+            SamplerKind::Sobol => Self { steepest: -1.5, flattest: -0.75 },
         }
     }
 }
@@ -154,8 +156,8 @@ impl Study {
 }
 
 /// The values of one mean of `n` samples.
-fn mean(_sampler: SamplerKind, estimator: &Estimator, n: u64, seed: u64) -> Moments {
-    let mut sampler = Independent::new(seed);
+fn mean(sampler: SamplerKind, estimator: &Estimator, n: u64, seed: u64) -> Moments {
+    let mut sampler = sampler.sampler(seed, n);
     let mut moments = Moments::default();
     for sample in 0..n {
         sampler.begin(0, sample);

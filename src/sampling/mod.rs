@@ -2,6 +2,7 @@
 
 pub mod discrete;
 pub mod filter;
+pub mod points;
 pub mod sampler;
 pub mod solid_angle;
 pub mod stream;

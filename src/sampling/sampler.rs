@@ -4,6 +4,7 @@ use std::fmt;
 
 use glam::DVec2;
 
+use super::points::{Jittered, Sobol};
 use super::stream::{Stream, Uniforms, stream, uniform};
 
 /// A source of uniform numbers in [0, 1) for the dimensions of one sample of one pixel after the other.
@@ -45,6 +46,13 @@ impl Independent {
     pub fn at(seed: u64, pixel: u64, sample: u64) -> Self {
         Self { seed, rng: stream(seed, pixel, sample) }
     }
+
+    /// The sampler of the same seed, at this sample of this pixel.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, pixel: u64, sample: u64) -> Self {
+        Self::at(self.seed, pixel, sample)
+    }
 }
 
 impl Sampler for Independent {
@@ -59,17 +67,71 @@ impl Sampler for Independent {
     }
 }
 
-/// The samplers by name.
+/// The samplers by name. See [`points`](super::points) for what each is good for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplerKind {
     /// [`Independent`].
     #[default]
     Independent,
+    /// [`Jittered`].
+    Jittered,
+    /// [`Sobol`].
+    Sobol,
 }
 
 impl SamplerKind {
     /// All, with their names.
-    pub const ALL: &[(&str, Self)] = &[("independent", Self::Independent)];
+    pub const ALL: &[(&str, Self)] =
+        &[("independent", Self::Independent), ("jittered", Self::Jittered), ("sobol", Self::Sobol)];
+
+    /// The sampler of this seed, for so many samples of a pixel.
+    pub fn sampler(self, seed: u64, samples: u64) -> AnySampler {
+        match self {
+            Self::Independent => AnySampler::Independent(Independent::new(seed)),
+            Self::Jittered => AnySampler::Jittered(Jittered::new(seed, samples)),
+            Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),
+        }
+    }
+}
+
+/// A sampler of any kind.
+#[derive(Clone, Debug)]
+pub enum AnySampler {
+    /// Independent numbers.
+    Independent(Independent),
+    /// A grid.
+    Jittered(Jittered),
+    /// A scrambled net.
+    Sobol(Sobol),
+}
+
+impl Sampler for AnySampler {
+    #[inline]
+    fn begin(&mut self, pixel: u64, sample: u64) {
+        match self {
+            Self::Independent(sampler) => sampler.begin(pixel, sample),
+            Self::Jittered(sampler) => sampler.begin(pixel, sample),
+            Self::Sobol(sampler) => sampler.begin(pixel, sample),
+        }
+    }
+
+    #[inline]
+    fn next_1d(&mut self) -> f64 {
+        match self {
+            Self::Independent(sampler) => sampler.next_1d(),
+            Self::Jittered(sampler) => sampler.next_1d(),
+            Self::Sobol(sampler) => sampler.next_1d(),
+        }
+    }
+
+    #[inline]
+    fn next_2d(&mut self) -> DVec2 {
+        match self {
+            Self::Independent(sampler) => sampler.next_2d(),
+            Self::Jittered(sampler) => sampler.next_2d(),
+            Self::Sobol(sampler) => sampler.next_2d(),
+        }
+    }
 }
 
 #[cfg(test)]

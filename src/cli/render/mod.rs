@@ -17,6 +17,7 @@ use crate::render::film::Film;
 use crate::render::path::{PathTracer, Strategy};
 use crate::render::progressive::{self, Job, Progress, Stop};
 use crate::render::provenance::{Provenance, Run};
+use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
 pub(super) use args::{HELP, RenderArgs};
@@ -57,8 +58,14 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let build = start.elapsed().as_secs_f64() - load;
     let tracer = tracer(args, &scene)?;
     let filter = args.filter.as_ref().unwrap_or(&scene.film().filter);
-    let job = Job { scene: &scene, radiance: &tracer, filter, sampler: args.sampler, seed: args.seed };
-    let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}", args.sampler))?;
+    let stop = stop(args, &scene);
+    let planned = match stop {
+        Stop::Samples(samples) => samples,
+        Stop::Seconds(_) | Stop::RelativeError(_) => DEFAULT_SAMPLES.into(),
+    };
+    let job = Job { scene: &scene, radiance: &tracer, filter, sampler: &args.sampler.sampler(args.seed, planned) };
+    let grid = if args.sampler == SamplerKind::Jittered { format!(" for {planned} samples") } else { String::new() };
+    let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler))?;
 
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
@@ -67,7 +74,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let bar = progress_bar(args.quiet);
     let Checkpoint { mut film, mut provenance } = state;
     let mut kept = Instant::now();
-    let cost = progressive::render(&job, &mut film, stop(args, &scene), &interrupted, &mut |film, now| {
+    let cost = progressive::render(&job, &mut film, stop, &interrupted, &mut |film, now| {
         show(&bar, film, now);
         if kept.elapsed().as_secs_f64() > KEEP_SECONDS {
             // If it cannot be written now, the end will say so, and the samples are not lost before.
