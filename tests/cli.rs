@@ -216,8 +216,33 @@ fn sample_repeats_and_counts_lost_draws() {
 }
 
 #[test]
+fn converge_writes_its_numbers_and_its_plot() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("study");
+    let typed = ["converge", "irradiance:unit-square", "--estimator", "area,power", "--sampler", "independent,sobol"];
+    let files = ["--n", "16..4096", "--out", out.to_str().unwrap()];
+    let shown = stdout(&[&typed[..], &files].concat(), 0);
+    assert!(shown.contains("equal number of samples: area with sobol"), "{shown}");
+    let report: Value = serde_json::from_str(&fs::read_to_string(out.join("convergence.json")).unwrap()).unwrap();
+    let studies = report["studies"].as_array().unwrap();
+    assert!(studies.len() == 4 && studies.iter().all(|study| study["verdict"] == "agrees"), "{report}");
+    assert!(studies.iter().all(|study| study["points"].as_array().unwrap().len() == 9));
+    assert_eq!(fs::read_to_string(out.join("convergence.csv")).unwrap().lines().count(), 1 + 4 * 9);
+    assert!(fs::read_to_string(out.join("convergence.svg")).unwrap().contains("area, sobol"));
+    // Three numbers of samples with four means each are too little for a verdict.
+    let little = ["converge", "albedo:ggx:alpha=0.3@0.5", "--n", "64..256", "--replicates", "4"];
+    assert!(stdout(&little, 3).contains("insufficient data"));
+    refused(&["converge", "nothing"], "allowed are albedo:SUBJECT@MU and irradiance:NAME");
+    refused(&["converge", "irradiance:unit-squre"], "did you mean unit-square?");
+    refused(&["converge", "albedo:lambert@1.5"], "a cosine in (0, 1]");
+    refused(&["converge", "albedo:lambert@0.5", "--estimator", "area"], "has no such estimator");
+    refused(&["converge", "albedo:lambert@0.5", "--sampler", "sobl"], "did you mean sobol?");
+    refused(&["converge", "albedo:lambert@0.5", "--n", "8..4"], "FROM..TO");
+}
+
+#[test]
 fn bad_usage_is_one_line_and_exit_2() {
-    refused(&[], "known are list, validate, albedo, eval, sample, furnace, scenes, render");
+    refused(&[], "known are list, validate, albedo, eval, sample, furnace, converge, scenes, render");
     refused(&["quxify"], "known are list");
     refused(&["valdate"], "'validate'");
     refused(&["validate"], "no SUBJECT is given");

@@ -70,7 +70,7 @@ pub(super) enum Command {
     Furnace(FurnaceArgs),
     /// Measures how the error of estimators falls with the number of samples, and compares the rate with theory
     #[command(after_help = format!("{SUBJECTS}\n\nColumns: the fitted exponent with its 99 % interval, the exponents of \
-        theory (smooth to edged), the standard\ndeviation of one sample, measured and known, nanoseconds a sample, and \
+        theory (smooth to worst), the standard\ndeviation of one sample, measured and known, nanoseconds a sample, and \
         1 / (variance x seconds).\n\nExit status: 0 all agree, 1 some rate differs from theory, 3 no verdict on some, \
         2 bad usage or input\n\nExamples:\n  \
         whitefurnace converge irradiance:unit-square --out study\n  \

@@ -169,6 +169,8 @@ fn verdict(verdict: &Verdict) -> &'static str {
 fn theory(theory: &Theory) -> String {
     if theory.steepest == theory.flattest {
         format!("{}", theory.flattest)
+    } else if theory.steepest.is_infinite() {
+        format!("{} or less", theory.flattest)
     } else {
         format!("{} to {}", theory.steepest, theory.flattest)
     }
@@ -327,6 +329,6 @@ fn curve(row: &Row, name_sampler: bool) -> Curve {
     Curve {
         name: if name_sampler { format!("{}, {}", row.estimator.name, row.sampler) } else { row.estimator.name.into() },
         points: row.found.points.iter().map(|p| (p.n as f64, p.rmse, p.log_std_err)).collect(),
-        sigma: row.estimator.sigma,
+        sigma: row.estimator.sigma.filter(|_| row.found.sampler == SamplerKind::Independent),
     }
 }

@@ -17,6 +17,9 @@ pub struct Curve {
 
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
+/// Room for a letter of a name, in pixels.
+const WIDTH_OF_LETTER: i32 = 8;
+
 /// Error bars reach to 1.96 standard deviations: 95 %.
 const BARS: f64 = 1.96;
 
@@ -66,7 +69,9 @@ pub fn convergence(curves: &[Curve]) -> String {
     let (least, most) = all().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(p.1), b.max(p.1)));
     let (low, high) = (10_f64.powf((least * 0.8).log10().floor()), 10_f64.powf((most * 1.2).log10().ceil()));
     drawn("Error against number of samples", |area| {
-        let (plot, names) = area.split_horizontally(px(500));
+        let longest = curves.iter().map(|curve| curve.name.chars().count().min(99) as u8).max().map_or(0, i32::from);
+        let (plot, names) =
+            area.split_horizontally(px(super::SIZE.0 - (WIDTH_OF_LETTER * longest + 20).clamp(60, 320)));
         if !(least_n < most_n && least <= most) {
             return Err("nothing to draw".into());
         }
