@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{Draw, Estimator, Target, mis};
+use super::{Draw, Estimator, Target};
 use crate::bsdf::{Bsdf, Density, Lobes};
 use crate::integrate::{Hemisphere, Side};
+use crate::render::path::Heuristic;
 use crate::sampling::sampler::Sampler;
 use crate::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 
@@ -19,8 +20,8 @@ pub fn albedo<'a>(name: &str, bsdf: &'a dyn Bsdf, wo: DVec3) -> Target<'a> {
     if !bsdf.lobes().contains(Lobes::DIRAC) {
         estimators.push(estimator("cosine", cosine(bsdf, wo)));
         estimators.push(estimator("uniform", uniform(bsdf, wo)));
-        estimators.push(estimator("balance", both(bsdf, wo, 1)));
-        estimators.push(estimator("power", both(bsdf, wo, 2)));
+        estimators.push(estimator("balance", both(bsdf, wo, Heuristic::Balance)));
+        estimators.push(estimator("power", both(bsdf, wo, Heuristic::Power)));
     }
     Target { name: name.into(), exact: exact.value.mean(), error: exact.error, estimators }
 }
@@ -71,13 +72,13 @@ fn cosine(bsdf: &dyn Bsdf, wo: DVec3) -> Draw<'_> {
 }
 
 /// One cosine-weighted and one sample of the model's own.
-fn both(bsdf: &dyn Bsdf, wo: DVec3, power: i32) -> Draw<'_> {
+fn both(bsdf: &dyn Bsdf, wo: DVec3, by: Heuristic) -> Draw<'_> {
     let sides = sides(bsdf);
     Box::new(move |sampler| {
         let (wi, p) = cosine_sample(wo, sides, sampler);
-        let by_cosine = bsdf.eval(wo, wi).mean() * PI * sides * mis(power, p, bsdf.pdf(wo, wi));
+        let by_cosine = bsdf.eval(wo, wi).mean() * PI * sides * by.weight(p, bsdf.pdf(wo, wi));
         let by_model = bsdf.sample(wo, sampler.next_uniforms()).map_or(0.0, |drawn| match drawn.density {
-            Density::SolidAngle(q) => drawn.weight.mean() * mis(power, q, drawn.wi.z.abs() / (PI * sides)),
+            Density::SolidAngle(q) => drawn.weight.mean() * by.weight(q, drawn.wi.z.abs() / (PI * sides)),
             Density::Dirac(_) => drawn.weight.mean(),
         });
         by_cosine + by_model

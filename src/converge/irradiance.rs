@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{Estimator, Target, mis};
+use super::{Estimator, Target};
+use crate::render::path::Heuristic;
 use crate::sampling::solid_angle::SphericalRectangle;
 use crate::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 
@@ -31,8 +32,8 @@ pub fn irradiance(name: &str) -> Option<Target<'static>> {
         ("solid-angle", square.by_solid_angle()),
         ("cosine", Box::new(move |sampler| square.by_cosine(sampler.next_2d()).0)),
         ("uniform", Box::new(move |sampler| square.by_hemisphere(sampler.next_2d()))),
-        ("balance", Box::new(move |sampler| square.by_both(1, sampler.next_2d(), sampler.next_2d()))),
-        ("power", Box::new(move |sampler| square.by_both(2, sampler.next_2d(), sampler.next_2d()))),
+        ("balance", Box::new(move |sampler| square.by_both(Heuristic::Balance, sampler.next_2d(), sampler.next_2d()))),
+        ("power", Box::new(move |sampler| square.by_both(Heuristic::Power, sampler.next_2d(), sampler.next_2d()))),
     ];
     let estimators = draws.into_iter().enumerate().map(|(i, (name, draw))| Estimator {
         name,
@@ -99,10 +100,10 @@ impl Square {
     }
 
     /// A point of the square and a cosine-weighted direction.
-    fn by_both(&self, power: i32, u: DVec2, v: DVec2) -> f64 {
+    fn by_both(&self, by: Heuristic, u: DVec2, v: DVec2) -> f64 {
         let (by_area, w) = self.by_area(u);
-        let by_area = by_area * mis(power, Self::density(w), w.z / PI);
+        let by_area = by_area * by.weight(Self::density(w), w.z / PI);
         let (by_cosine, w) = self.by_cosine(v);
-        by_area + by_cosine * mis(power, w.z / PI, Self::density(w))
+        by_area + by_cosine * by.weight(w.z / PI, Self::density(w))
     }
 }

@@ -44,19 +44,3 @@ pub struct Target<'a> {
     /// The estimators.
     pub estimators: Vec<Estimator<'a>>,
 }
-
-/// The weight of a sample from density `p` where density `q` could have drawn it too, one sample each: Veach's balance
-/// heuristic for a power of 1, and his power heuristic.
-///
-/// # References
-/// - Veach & Guibas 1995, Optimally combining sampling techniques for Monte Carlo rendering, SIGGRAPH
-fn mis(power: i32, p: f64, q: f64) -> f64 {
-    // By the larger of the two, so that no power overflows.
-    let scale = p.max(q);
-    if scale > 0.0 && scale.is_finite() {
-        let (p, q) = ((p / scale).powi(power), (q / scale).powi(power));
-        p / (p + q)
-    } else {
-        0.0
-    }
-}

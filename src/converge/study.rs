@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::time::Instant;
 
 use super::Estimator;
-use crate::integrate::{RateFit, RatePoint, fit_rate, trigamma};
+use crate::integrate::{RateFit, RatePoint, fit_rate};
 use crate::math::sum::Moments;
 use crate::sampling::sampler::{Sampler, SamplerKind};
 use crate::sampling::stream::stream;
@@ -119,17 +119,12 @@ impl Study {
         let means: Vec<(Moments, f64)> = units.par_iter().map(start).collect();
         let samples = means.iter().fold(Moments::default(), |all, (moments, _)| all.merge(moments));
         let of = |k: usize| means[k * self.replicates as usize..(k + 1) * self.replicates as usize].iter();
-        let kurtosis = samples.excess_kurtosis().max(0.0);
-        let rate_points = self.counts.iter().enumerate().map(|(k, &n)| {
-            let squares: f64 = of(k).map(|(moments, _)| (moments.mean() - exact).powi(2)).sum();
-            RatePoint {
-                n: n as f64,
-                mean_square_error: squares / self.replicates as f64,
-                // A mean of n values has 1/n of their excess kurtosis, and its square that much more variance.
-                log_variance: trigamma(0.5 * self.replicates as f64) + kurtosis / (n as f64 * self.replicates as f64),
-            }
-        });
-        let rate_points: Vec<RatePoint> = rate_points.collect();
+        let rate_points: Vec<RatePoint> = (self.counts.iter().enumerate())
+            .map(|(k, &n)| {
+                let means = of(k).map(|(moments, _)| moments.mean());
+                RatePoint::of_means(n as f64, means, exact, samples.excess_kurtosis())
+            })
+            .collect();
         let points = rate_points.iter().zip(&self.counts).enumerate().map(|(k, (point, &n))| {
             let mut mean = Moments::default();
             of(k).for_each(|(moments, _)| mean.add(moments.mean()));

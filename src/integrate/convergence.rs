@@ -36,6 +36,19 @@ pub struct RatePoint {
     pub log_variance: f64,
 }
 
+impl RatePoint {
+    /// From the means of `n` values each, of this excess kurtosis, and the exact value.
+    pub fn of_means(n: f64, means: impl ExactSizeIterator<Item = f64>, exact: f64, excess_kurtosis: f64) -> Self {
+        let replicates = means.len() as f64;
+        Self {
+            n,
+            mean_square_error: means.map(|mean| (mean - exact).powi(2)).sum::<f64>() / replicates,
+            // A mean of n values has 1/n of their excess kurtosis, and its square that much more variance.
+            log_variance: trigamma(0.5 * replicates) + excess_kurtosis.max(0.0) / (n * replicates),
+        }
+    }
+}
+
 /// Weighted least squares of ½ ln(MSE) on ln N. None for fewer than three points or where an error is 0.
 ///
 /// # References
@@ -64,7 +77,7 @@ pub fn fit_rate(points: &[RatePoint]) -> Option<RateFit> {
 /// ψ₁(x) = Σ 1/(x + k)², the trigamma function, for x > 0 to about 10⁻¹² relative.
 ///
 /// Recurrence up to x ≥ 10, then the asymptotic series (Abramowitz & Stegun 1964, 6.4.12).
-pub fn trigamma(x: f64) -> f64 {
+fn trigamma(x: f64) -> f64 {
     let (mut x, mut sum) = (x, 0.0);
     while x < 10.0 {
         sum += 1.0 / (x * x);

@@ -157,8 +157,7 @@ impl Job<'_> {
     fn raise_pixels(&self, first: usize, width: usize, pixels: &mut [Pixel], target: u64) {
         match self.sampler {
             AnySampler::Independent(sampler) => self.raise_in_waves(sampler, first, width, pixels, target),
-            AnySampler::Jittered(sampler) => self.raise_one_by_one(sampler.clone(), first, width, pixels, target),
-            AnySampler::Sobol(sampler) => self.raise_one_by_one(sampler.clone(), first, width, pixels, target),
+            dependent => self.raise_one_by_one(dependent.clone(), first, width, pixels, target),
         }
     }
 

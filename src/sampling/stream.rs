@@ -19,7 +19,7 @@ pub fn stream(seed: u64, pixel: u64, sample: u64) -> Stream {
 }
 
 /// SplitMix64's output function of the state advanced once.
-fn mix(z: u64) -> u64 {
+pub(super) fn mix(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -28,7 +28,12 @@ fn mix(z: u64) -> u64 {
 
 /// A uniform number in [0, 1), a multiple of 2⁻⁵³.
 pub fn uniform(rng: &mut impl Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+    unit(rng.next_u64())
+}
+
+/// Random bits as a number in [0, 1), a multiple of 2⁻⁵³.
+pub(super) fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
 
 /// Uniform random numbers for one draw, each in [0, 1): one picks the lobe, two the direction in it.

@@ -7,10 +7,10 @@ use glam::DVec3;
 
 use super::check::{Check, Outcome};
 use super::claim::Claim;
-use super::draws::{REPLICATES, SHORTEST, Tally};
+use super::draws::{SHORTEST, Tally};
 use super::power::{POWER, normal_upper, smallest};
 use crate::bsdf::{Bsdf, Lobes};
-use crate::integrate::{Estimate, Hemisphere, Integral, RateFit, RatePoint, Side, fit_rate, trigamma};
+use crate::integrate::{Estimate, Hemisphere, Integral, RateFit, RatePoint, Side, fit_rate};
 use crate::math::sum::Moments;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -97,21 +97,14 @@ fn is_certain(estimate: &Estimate) -> bool {
 /// is good enough to show it.
 fn rate(tally: &Tally, exact: f64, slack: f64) -> Option<RateFit> {
     let lengths = tally.means.first()?.len();
-    let kurtosis = tally.weights.excess_kurtosis().max(0.0);
+    let kurtosis = tally.weights.excess_kurtosis();
     if is_certain(&Estimate::from(&tally.weights)) {
         return None;
     }
     let points: Vec<RatePoint> = (0..lengths)
         .map(|k| {
-            let n = (SHORTEST << k) as f64;
-            let squares = tally.means.iter().map(|means| (means[k] - exact).powi(2));
-            let replicates = REPLICATES as f64;
-            RatePoint {
-                n,
-                mean_square_error: squares.sum::<f64>() / replicates,
-                // A mean of n weights has 1/n of their excess kurtosis, and its square that much more variance.
-                log_variance: trigamma(0.5 * replicates) + kurtosis / (n * replicates),
-            }
+            let means = tally.means.iter().map(|means| means[k]);
+            RatePoint::of_means((SHORTEST << k) as f64, means, exact, kurtosis)
         })
         .filter(|point| point.log_variance <= LARGEST_LOG_VARIANCE && point.mean_square_error.sqrt() > 10.0 * slack)
         .collect();

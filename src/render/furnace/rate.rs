@@ -8,7 +8,7 @@ use super::Engine;
 use super::compare::Plan;
 use super::emitter::{EYE, TOP, top_after_one_reflection};
 use super::rooms::{STRATEGIES, anywhere, named, settings, towards};
-use crate::integrate::{RateFit, RatePoint, fit_rate, trigamma};
+use crate::integrate::{RateFit, RatePoint, fit_rate};
 use crate::math::sum::Moments;
 use crate::render::Radiance;
 use crate::render::path::Strategy;
@@ -39,16 +39,9 @@ fn points(
     let replicates: Vec<Vec<[Moments; 3]>> = (0..REPLICATES).into_par_iter().map(replicate).collect();
     let each: Vec<[Moments; 3]> = replicates.iter().map(|lengths| merged(lengths)).collect();
     let [all, ..] = merged(&each);
-    let kurtosis = all.excess_kurtosis().max(0.0);
     let points = (0..LENGTHS as usize).map(|k| {
-        let n = (SHORTEST << k) as f64;
-        let squares = replicates.iter().map(|lengths| (lengths[k][0].mean() - exact).powi(2));
-        RatePoint {
-            n,
-            mean_square_error: squares.sum::<f64>() / REPLICATES as f64,
-            // A mean of n values has 1/n of their excess kurtosis, and its square that much more variance.
-            log_variance: trigamma(0.5 * REPLICATES as f64) + kurtosis / (n * REPLICATES as f64),
-        }
+        let means = replicates.iter().map(|lengths| lengths[k][0].mean());
+        RatePoint::of_means((SHORTEST << k) as f64, means, exact, all.excess_kurtosis())
     });
     (points.collect(), all, each.iter().map(|one| one[0].excess_kurtosis()).collect())
 }

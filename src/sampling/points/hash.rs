@@ -1,12 +1,11 @@
 //! Hashes that shuffle and scramble.
 
-/// A hash of two numbers, each bit of which depends on every bit of both.
+use crate::sampling::stream;
+
+/// A hash of two numbers: SplitMix64's output `b` steps after `a`.
 #[inline]
 pub(super) fn mix(a: u64, b: u64) -> u64 {
-    let z = a.wrapping_add(b.wrapping_mul(0x9e37_79b9_7f4a_7c15)).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    stream::mix(a.wrapping_add(b.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
 }
 
 /// Owen's nested uniform scramble of a binary fraction: a digit is flipped or not as the seed and all digits above it
@@ -54,5 +53,5 @@ pub(super) fn permuted(i: u32, count: u32, seed: u64) -> u32 {
 /// The fraction of 32 binary digits, with the lower ones from a hash: uniform in [0, 1) to 53 digits.
 #[inline]
 pub(super) fn unit(digits: u32, below: u64) -> f64 {
-    (f64::from(digits) + (below >> 43) as f64 * (1.0 / f64::from(1 << 21))) * (1.0 / (1_u64 << 32) as f64)
+    stream::unit(u64::from(digits) << 32 | below >> 32)
 }

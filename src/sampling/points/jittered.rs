@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-use super::hash::{mix, permuted, unit};
+use super::hash::{mix, permuted};
 use crate::sampling::sampler::Sampler;
+use crate::sampling::stream::unit;
 
 /// Of N samples, one in each of N intervals of every single dimension, and one in each cell of a grid of every pair. Where
 /// N is no square, the grid has a few cells more, which stay empty at random. Samples beyond N begin another grid.
@@ -42,12 +43,6 @@ impl Jittered {
     }
 }
 
-/// A random number in [0, 1).
-#[inline]
-fn random(hash: u64) -> f64 {
-    unit((hash >> 32) as u32, hash << 32)
-}
-
 impl Sampler for Jittered {
     #[inline]
     fn begin(&mut self, pixel: u64, sample: u64) {
@@ -61,7 +56,7 @@ impl Sampler for Jittered {
     fn next_1d(&mut self) -> f64 {
         let hash = self.next();
         let cell = permuted(self.index, self.samples, hash);
-        let within = random(mix(hash, u64::from(self.index)));
+        let within = unit(mix(hash, u64::from(self.index)));
         below_one((f64::from(cell) + within) / f64::from(self.samples))
     }
 
@@ -70,8 +65,8 @@ impl Sampler for Jittered {
         let hash = self.next();
         let cell = permuted(self.index, self.columns * self.rows, hash);
         let within = mix(hash, u64::from(self.index));
-        let column = f64::from(cell % self.columns) + random(within);
-        let row = f64::from(cell / self.columns) + random(mix(within, 1));
+        let column = f64::from(cell % self.columns) + unit(within);
+        let row = f64::from(cell / self.columns) + unit(mix(within, 1));
         DVec2::new(below_one(column / f64::from(self.columns)), below_one(row / f64::from(self.rows)))
     }
 }

@@ -74,6 +74,6 @@ impl Sampler for Sobol {
         let x = scramble(fraction, seeds as u32);
         let y = scramble(second_dimension(fraction), (seeds >> 32) as u32);
         let below = mix(seeds, u64::from(self.index));
-        DVec2::new(unit(x, below), unit(y, below << 21))
+        DVec2::new(unit(x, below), unit(y, below << 32))
     }
 }

@@ -151,7 +151,7 @@ impl Bundle {
     #[inline(always)]
     fn fan<T: Twist, N: Lanes, W: Lanes>(&self, kernels: (N, W), backwards: u32, rays: u32) -> Fan<N> {
         let Self { scale, near_shift, far_shift, reach, .. } = self;
-        Fan::around::<T, W, MOST>(kernels, &Spokes { scale, near_shift, far_shift, reach, backwards, rays })
+        Fan::around::<T, W>(kernels, &Spokes { scale, near_shift, far_shift, reach, backwards, rays })
     }
 
     /// Pushes those of a node's children whose boxes are entered by some of the `active` rays, all of which go `backwards`

@@ -1,6 +1,7 @@
 //! What bounds many rays at once.
 #![allow(clippy::inline_always, reason = "inlined into the functions that have a level's instructions enabled")]
 
+use super::bundle::MOST;
 use super::kernel::Lanes;
 use super::node::Node;
 use super::query::Twist;
@@ -10,8 +11,10 @@ use super::query::Twist;
 ///
 /// A ray meets the plane at b of an axis at t = b r − s, a straight line over b. The least of many such lines is concave,
 /// and so lies above its chord from b = −1 to b = 1, between which all boxes are; the greatest lies below its chord. The
-/// chords are exact where the rays' own origin is outside of [−1, 1], and all have it in common. They are moved by 2⁻¹⁹ of
-/// |r| + |s|, which is four times the rounding of both tests.
+/// chords are exact where the rays' own origin is outside of [−1, 1], and all have it in common.
+///
+/// In units of 2⁻²⁴ (|r| + |s|), the ends of a chord are wrong by 2, its slope and height by 3 each, a distance from these by 8,
+/// and that of a ray, if products are rounded, by 4. So the chords are moved by 32.
 pub(super) struct Fan<S: Lanes> {
     /// Index of the near plane on each axis.
     near: [usize; 3],
@@ -27,11 +30,11 @@ pub(super) struct Fan<S: Lanes> {
 const SLACK: f32 = 1.0 / (1_u32 << 19) as f32;
 
 /// The numbers of a bundle's rays that boxes need, of all that go `backwards` along the same axes.
-pub(super) struct Spokes<'a, const N: usize> {
-    pub(super) scale: &'a [[f32; N]; 3],
-    pub(super) near_shift: &'a [[f32; N]; 3],
-    pub(super) far_shift: &'a [[f32; N]; 3],
-    pub(super) reach: &'a [f32; N],
+pub(super) struct Spokes<'a> {
+    pub(super) scale: &'a [[f32; MOST]; 3],
+    pub(super) near_shift: &'a [[f32; MOST]; 3],
+    pub(super) far_shift: &'a [[f32; MOST]; 3],
+    pub(super) reach: &'a [f32; MOST],
     pub(super) backwards: u32,
     /// Which of the numbers count.
     pub(super) rays: u32,
@@ -40,17 +43,17 @@ pub(super) struct Spokes<'a, const N: usize> {
 impl<S: Lanes> Fan<S> {
     /// Around these rays, of which there is at least one.
     #[inline(always)]
-    pub(super) fn around<T: Twist, W: Lanes, const N: usize>((s, w): (S, W), of: &Spokes<N>) -> Self {
+    pub(super) fn around<T: Twist, W: Lanes>((s, w): (S, W), of: &Spokes) -> Self {
         let mut least = w.splat(f32::INFINITY);
-        for from in (0..N).step_by(W::LANES) {
+        for from in (0..MOST).step_by(W::LANES) {
             let reach = w.sub(w.splat(0.0), w.load(&of.reach[from..]));
             least = w.min(least, w.select(w.mask(of.rays >> from), reach, w.splat(f32::INFINITY)));
         }
         let backwards = of.backwards as usize;
         Self {
             near: [backwards & 1, backwards >> 1 & 1, backwards >> 2 & 1],
-            below: lines::<T, _, _, N>((s, w), of.scale, of.near_shift, of.rays, 1.0),
-            above: lines::<T, _, _, N>((s, w), of.scale, of.far_shift, of.rays, -1.0),
+            below: lines::<T, _, _>((s, w), of.scale, of.near_shift, of.rays, 1.0),
+            above: lines::<T, _, _>((s, w), of.scale, of.far_shift, of.rays, -1.0),
             reach: s.splat(-w.least(least)),
         }
     }
@@ -74,10 +77,10 @@ impl<S: Lanes> Fan<S> {
 
 /// Slope and negative height of a line on each axis: below the rays' distances for a `sign` of 1, above them for −1.
 #[inline(always)]
-fn lines<T: Twist, S: Lanes, W: Lanes, const N: usize>(
+fn lines<T: Twist, S: Lanes, W: Lanes>(
     (s, w): (S, W),
-    scale: &[[f32; N]; 3],
-    shift: &[[f32; N]; 3],
+    scale: &[[f32; MOST]; 3],
+    shift: &[[f32; MOST]; 3],
     rays: u32,
     sign: f32,
 ) -> [[S::F; 2]; 3] {
@@ -116,13 +119,11 @@ mod tests {
     use glam::{DVec3, Vec4};
     use std::marker::PhantomData;
 
-    const RAYS: usize = 32;
-
     #[derive(Clone)]
     struct Case {
-        scale: [[f32; RAYS]; 3],
-        shift: [[f32; RAYS]; 3],
-        reach: [f32; RAYS],
+        scale: [[f32; MOST]; 3],
+        shift: [[f32; MOST]; 3],
+        reach: [f32; MOST],
         backwards: u32,
         rays: u32,
         node: Node,
@@ -142,7 +143,7 @@ mod tests {
             let mut entered = 0;
             for lane in 0..8 {
                 let ([near, far], _) = node.child_of(lane, backwards);
-                for from in (0..RAYS).step_by(W::LANES) {
+                for from in (0..MOST).step_by(W::LANES) {
                     let (mut enter, mut leave) = (w.splat(0.0), w.load(&reach[from..]));
                     for k in 0..3 {
                         let (r, s) = (w.load(&scale[k][from..]), w.load(&shift[k][from..]));
@@ -153,7 +154,7 @@ mod tests {
                     entered |= u32::from(hit != 0) << lane;
                 }
             }
-            (Fan::around::<T, W, RAYS>((n, w), &spokes).enter(n, node), entered)
+            (Fan::around::<T, W>((n, w), &spokes).enter(n, node), entered)
         }
     }
 
@@ -169,7 +170,7 @@ mod tests {
         let some = 10_f64.powf(-3.0 - 3.0 * point(1.0).x);
         // Where all rays are one, the lines are as near as they can be to what they bound.
         let (spread, apart) = [(some, 1e-3), (some, 0.0), (0.0, 0.0)][seed as usize % 3];
-        let rays: [(DVec3, DVec3); RAYS] =
+        let rays: [(DVec3, DVec3); MOST] =
             std::array::from_fn(|_| (origin + point(apart), (first + point(spread)).normalize()));
         let of = |f: &dyn Fn(usize, usize) -> f64| [0, 1, 2].map(|k| std::array::from_fn(|i| f(i, k) as f32));
         let backwards = |dir: DVec3| dir.is_negative_bitmask() & 7;
@@ -188,7 +189,7 @@ mod tests {
             shift: of(&|i, k| rays[i].0[k] / rays[i].1[k]),
             reach: std::array::from_fn(|i| if i % 8 == 0 { 3.0 } else { 9.0 }),
             backwards: backwards(first),
-            rays: (0..RAYS).fold(0, |all, i| all | u32::from(backwards(rays[i].1) == backwards(first)) << i),
+            rays: (0..MOST).fold(0, |all, i| all | u32::from(backwards(rays[i].1) == backwards(first)) << i),
             node,
         }
     }
@@ -222,6 +223,7 @@ mod tests {
         for level in Level::all().into_iter().flatten() {
             let [missing, others, kept_out] = judge::<Straight>(level);
             assert_eq!(missing, 0, "{level:?}");
+            // Worth its price where it spares more rays' tests than not.
             assert!(kept_out > others / 2, "{level:?}: {kept_out} of {others}");
             assert!(judge::<NoSlack>(level)[0] > 0, "{level:?}: the test does not see that slack is needed");
         }
