@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{Drawn, Role, TRANSPARENT, colour, drawn, label, line, px};
+use super::{Drawn, Role, colour, drawn, framed, label, line, px, ruled};
 
 /// A line of the plot.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,23 +75,15 @@ pub fn convergence(curves: &[Curve]) -> String {
         if !(least_n < most_n && least <= most) {
             return Err("nothing to draw".into());
         }
-        let mut chart = ChartBuilder::on(&plot)
-            .margin(px(12))
+        let mut chart = framed(&plot, 56)
             .margin_right(px(4))
-            .x_label_area_size(px(44))
-            .y_label_area_size(px(56))
             .build_cartesian_2d((least_n * 0.8..most_n * 1.1).log_scale(), (low..high).log_scale())?;
-        chart
-            .configure_mesh()
-            .axis_style(line(Role::Ink, 1))
-            .set_all_tick_mark_size(px(4))
-            .bold_line_style(line(Role::Grid, 1))
-            .light_line_style(TRANSPARENT)
-            .x_labels(8)
+        let mut mesh = chart.configure_mesh();
+        ruled(&mut mesh);
+        mesh.x_labels(8)
             .y_labels(12)
             .x_label_formatter(&|x| decade(*x))
             .y_label_formatter(&|y| decade(*y))
-            .label_style(label(Role::Ink))
             .x_desc("samples")
             .y_desc("root mean square error")
             .draw()?;

@@ -9,6 +9,7 @@ mod convergence;
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -156,6 +157,25 @@ fn label(role: Role) -> TextStyle<'static> {
     (FONT, px(FONT_SIZE)).into_font().color(&colour(role))
 }
 
+/// A chart with room for the labels of its axes: so many pixels for those of y.
+fn framed<'a, 'b>(
+    area: &'a DrawingArea<SVGBackend<'b>, Shift>,
+    y_labels: i32,
+) -> ChartBuilder<'a, 'static, SVGBackend<'b>> {
+    let mut chart = ChartBuilder::on(area);
+    chart.margin(px(12)).margin_right(px(24)).x_label_area_size(px(44)).y_label_area_size(px(y_labels));
+    chart
+}
+
+/// Axes in ink with their ticks and labels, and a line of the grid at each label.
+fn ruled<X: Ranged, Y: Ranged>(mesh: &mut MeshStyle<'_, '_, X, Y, SVGBackend<'_>>) {
+    mesh.axis_style(line(Role::Ink, 1))
+        .set_all_tick_mark_size(px(4))
+        .bold_line_style(line(Role::Grid, 1))
+        .light_line_style(TRANSPARENT)
+        .label_style(label(Role::Ink));
+}
+
 /// The albedo against the angle of the fixed direction, from both sides.
 pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> String {
     let finite = |points: &[AlbedoPoint]| -> Vec<(f64, f64)> {
@@ -165,21 +185,11 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> String {
     let curves = [("eye fixed", Role::First, finite(eye)), ("light fixed", Role::Second, finite(light))];
     let top = curves.iter().flat_map(|(_, _, curve)| curve).map(|p| p.1).fold(1.0, f64::max) * 1.08;
     drawn("Albedo against angle", |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(px(12))
-            .margin_right(px(24))
-            .x_label_area_size(px(44))
-            .y_label_area_size(px(56))
-            .build_cartesian_2d(0.0..90.0, 0.0..top)?;
-        chart
-            .configure_mesh()
-            .axis_style(line(Role::Ink, 1))
-            .set_all_tick_mark_size(px(4))
-            .bold_line_style(line(Role::Grid, 1))
-            .light_line_style(TRANSPARENT)
-            .x_labels(10)
+        let mut chart = framed(area, 56).build_cartesian_2d(0.0..90.0, 0.0..top)?;
+        let mut mesh = chart.configure_mesh();
+        ruled(&mut mesh);
+        mesh.x_labels(10)
             .x_label_formatter(&|x| format!("{x:.0}°"))
-            .label_style(label(Role::Ink))
             .x_desc("angle of the fixed direction from the normal")
             .y_desc("albedo (largest channel)")
             .draw()?;
@@ -252,12 +262,7 @@ fn class_of(residual: f64) -> usize {
 pub fn asymmetry(map: &AsymmetryMap) -> String {
     drawn("Map of the reciprocity residual", |area| {
         let (plot, legend) = area.split_horizontally(px(430));
-        let mut chart = ChartBuilder::on(&plot)
-            .margin(px(12))
-            .margin_right(px(24))
-            .x_label_area_size(px(44))
-            .y_label_area_size(px(56))
-            .build_cartesian_2d(0.0..90.0, 0.0..90.0)?;
+        let mut chart = framed(&plot, 56).build_cartesian_2d(0.0..90.0, 0.0..90.0)?;
         let step = 90.0 / map.size as f64;
         for (i, row) in map.cells.chunks(map.size).enumerate() {
             let mut from = 0;
@@ -270,16 +275,13 @@ pub fn asymmetry(map: &AsymmetryMap) -> String {
                 from = to;
             }
         }
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .axis_style(line(Role::Ink, 1))
-            .set_all_tick_mark_size(px(4))
+        let mut mesh = chart.configure_mesh();
+        ruled(&mut mesh);
+        mesh.disable_mesh()
             .x_labels(10)
             .y_labels(10)
             .x_label_formatter(&|x| format!("{x:.0}°"))
             .y_label_formatter(&|x| format!("{x:.0}°"))
-            .label_style(label(Role::Ink))
             .x_desc("angle of b from the normal")
             .y_desc("angle of a")
             .draw()?;
@@ -304,25 +306,15 @@ pub fn histogram(histogram: &Histogram) -> String {
     // The legend stands above the tallest bar.
     let top = top.fold(1e-6, f64::max) * 1.3;
     drawn("Sampled against claimed histogram", |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(px(12))
-            .margin_right(px(24))
-            .x_label_area_size(px(44))
-            .y_label_area_size(px(64))
-            .build_cartesian_2d(0.0..right, 0.0..top)?;
-        chart
-            .configure_mesh()
-            .disable_x_mesh()
-            .axis_style(line(Role::Ink, 1))
-            .set_all_tick_mark_size(px(4))
-            .bold_line_style(line(Role::Grid, 1))
-            .light_line_style(TRANSPARENT)
+        let mut chart = framed(area, 64).build_cartesian_2d(0.0..right, 0.0..top)?;
+        let mut mesh = chart.configure_mesh();
+        ruled(&mut mesh);
+        mesh.disable_x_mesh()
             .x_labels(8)
             .x_label_formatter(&|x| {
                 let angle = reach * (x / n as f64).powi(2);
                 if *x <= n as f64 { format!("{}°", three_digits(angle.to_degrees())) } else { String::new() }
             })
-            .label_style(label(Role::Ink))
             .x_desc("angle from the mirror direction (quadratic scale)")
             .y_desc("share of the draws")
             .draw()?;

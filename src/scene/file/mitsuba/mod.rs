@@ -10,6 +10,8 @@ mod document;
 mod emitter;
 mod primitive;
 mod props;
+#[cfg(test)]
+mod refusals;
 mod settings;
 mod shape;
 #[cfg(test)]
