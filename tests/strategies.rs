@@ -4,6 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use statrs::distribution::{ContinuousCDF, Normal};
+use whitefurnace::math::sum::Moments;
 use whitefurnace::render::film::Film;
 use whitefurnace::render::path::{PathTracer, Roulette, Strategy};
 use whitefurnace::render::progressive::{Job, Stop, render};
@@ -20,8 +21,11 @@ fn cornell() -> Scene {
 }
 
 fn image(scene: &Scene, tracer: &PathTracer, samples: u64, seed: u64) -> Film {
-    let job =
-        Job { scene, radiance: tracer, filter: &Filter::BOX, sampler: &SamplerKind::Independent.sampler(seed, 1) };
+    image_by(SamplerKind::Independent, scene, tracer, samples, seed)
+}
+
+fn image_by(kind: SamplerKind, scene: &Scene, tracer: &PathTracer, samples: u64, seed: u64) -> Film {
+    let job = Job { scene, radiance: tracer, filter: &Filter::BOX, sampler: &kind.sampler(seed, samples) };
     let mut film = Film::new(SIZE, SIZE);
     render(&job, &mut film, Stop::Samples(samples), &AtomicBool::new(false), &mut |_, _| {});
     film
@@ -112,4 +116,33 @@ fn reruns_show_the_variance_that_is_stated() {
     // Some 200 pixels with 31 degrees of freedom each, all of one weight: √(2 / 6200) = 1.8 %. The sum of the variances would
     // be that of the few pixels on the edge of the light.
     assert!(pixels > 150.0 && (ratios / pixels - 1.0).abs() < 0.05, "{} over {pixels} pixels", ratios / pixels);
+}
+
+#[test]
+fn every_sampler_has_the_same_mean_and_the_better_ones_less_noise() {
+    let scene = cornell();
+    let tracer = PathTracer { bounces: Some(4), roulette: Roulette::Off, ..PathTracer::default() };
+    // The means of whole images under 200 seeds, of 16 samples in each pixel.
+    let means = |kind| {
+        let mut moments = [Moments::default(); 3];
+        for seed in 0..200 {
+            let film = image_by(kind, &scene, &tracer, 16, 1000 + seed);
+            for (channel, moments) in moments.iter_mut().enumerate() {
+                let sum: f64 = film.pixels().iter().map(|pixel| pixel.mean().to_array()[channel]).sum();
+                moments.add(sum / (SIZE * SIZE) as f64);
+            }
+        }
+        moments
+    };
+    let independent = means(SamplerKind::Independent);
+    let others: Vec<_> = SamplerKind::ALL.iter().filter(|(_, kind)| *kind != SamplerKind::Independent).collect();
+    let bound = bound(3 * others.len(), 1e-3);
+    for (name, kind) in others {
+        for (a, b) in independent.iter().zip(means(*kind)) {
+            let z = (a.mean() - b.mean()) / a.std_err().hypot(b.std_err());
+            assert!(z.abs() <= bound, "{name}: {a:?} and {b:?}");
+            // The spread of two variances of 200 values each is 14 %: half would be 5 standard deviations away.
+            assert!(b.variance() < 0.5 * a.variance(), "{name}: {a:?} and {b:?}");
+        }
+    }
 }

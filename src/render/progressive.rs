@@ -245,10 +245,9 @@ mod tests {
         .unwrap()
     }
 
-    fn rendered(threads: usize, targets: &[u64]) -> Film {
+    fn rendered(kind: SamplerKind, threads: usize, targets: &[u64]) -> Film {
         let (scene, filter) = (sky(), Filter::BOX);
-        let job =
-            Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &SamplerKind::Independent.sampler(7, 40) };
+        let job = Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &kind.sampler(7, 40) };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut film = Film::new(23, 11);
         for &target in targets {
@@ -265,10 +264,12 @@ mod tests {
 
     #[test]
     fn bits_do_not_depend_on_threads_or_passes() {
-        let once = rendered(1, &[40]);
-        assert!(once == rendered(3, &[40]) && once == rendered(2, &[3, 17, 40]));
-        assert!(once != rendered(1, &[39]));
-        assert_eq!(once.samples(), 40 * 23 * 11);
+        for &(name, kind) in SamplerKind::ALL {
+            let once = rendered(kind, 1, &[40]);
+            assert!(once == rendered(kind, 3, &[40]) && once == rendered(kind, 2, &[3, 17, 40]), "{name}");
+            assert!(once != rendered(kind, 1, &[39]), "{name}");
+            assert_eq!(once.samples(), 40 * 23 * 11);
+        }
     }
 
     #[test]
@@ -282,7 +283,7 @@ mod tests {
         });
         assert!(film.samples() < 40 * 23 * 11);
         render(&job, &mut film, Stop::Samples(40), &AtomicBool::new(false), &mut |_, _| {});
-        assert!(film == rendered(1, &[40]));
+        assert!(film == rendered(SamplerKind::Independent, 1, &[40]));
     }
 
     #[test]
