@@ -9,7 +9,7 @@ pub mod progressive;
 pub mod provenance;
 
 use crate::math::color::Rgb;
-use crate::sampling::points::{Lattice, Sobol};
+use crate::sampling::points::Lattice;
 use crate::sampling::sampler::{AnySampler, Independent, Sampler};
 use crate::scene::{Ray, Scene};
 
@@ -24,7 +24,6 @@ pub trait Radiance: Sync {
         match samples {
             Samples::Independent(samples) => one_by_one(self, scene, samples),
             Samples::Lattice(samples) => one_by_one(self, scene, samples),
-            Samples::Sobol(samples) => one_by_one(self, scene, samples),
             Samples::Any(samples) => one_by_one(self, scene, samples),
         }
     }
@@ -62,8 +61,6 @@ pub enum Samples<'a> {
     Independent(&'a mut [Sample<Independent>]),
     /// Lattices.
     Lattice(&'a mut [Sample<Lattice>]),
-    /// Scrambled nets.
-    Sobol(&'a mut [Sample<Sobol>]),
     /// Any.
     Any(&'a mut [Sample<AnySampler>]),
 }
@@ -77,12 +74,6 @@ impl<'a> From<&'a mut [Sample<Independent>]> for Samples<'a> {
 impl<'a> From<&'a mut [Sample<Lattice>]> for Samples<'a> {
     fn from(samples: &'a mut [Sample<Lattice>]) -> Self {
         Self::Lattice(samples)
-    }
-}
-
-impl<'a> From<&'a mut [Sample<Sobol>]> for Samples<'a> {
-    fn from(samples: &'a mut [Sample<Sobol>]) -> Self {
-        Self::Sobol(samples)
     }
 }
 

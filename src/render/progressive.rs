@@ -184,7 +184,6 @@ impl Job<'_> {
         match self.sampler {
             AnySampler::Independent(sampler) => self.raise_by(sampler, part, target),
             AnySampler::Lattice(sampler) => self.raise_by(sampler, part, target),
-            AnySampler::Sobol(sampler) => self.raise_by(sampler, part, target),
             any => self.raise_by(any, part, target),
         }
     }

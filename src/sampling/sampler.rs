@@ -64,7 +64,6 @@ impl Sampler for Independent {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplerKind {
     /// [`Independent`].
-    #[default]
     Independent,
     /// [`Jittered`].
     Jittered,
@@ -72,7 +71,8 @@ pub enum SamplerKind {
     MultiJittered,
     /// [`Halton`].
     Halton,
-    /// [`Lattice`].
+    /// [`Lattice`]: what images are rendered with unless another is asked for.
+    #[default]
     Lattice,
     /// [`Sobol`].
     Sobol,

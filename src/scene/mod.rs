@@ -19,7 +19,7 @@ pub mod ray;
 
 pub use camera::{Camera, Projection};
 pub use description::{FilmSettings, RenderSettings, SceneDescription};
-pub use emitter::{Emitters, LightSample, LightSampling};
+pub use emitter::{Emitters, LightSample, LightSampling, Sought};
 pub use geometry::{Hit, Surface};
 pub use light::{EnvironmentMap, Light};
 pub use material::{LocalBsdf, Material, Varying};

@@ -56,9 +56,9 @@ pub(in crate::cli) struct RenderArgs {
     /// Russian roulette: `off`, `albedo`, or `depth:N`, from the N-th reflection on
     #[arg(long, value_name = "HOW", value_parser = roulette, default_value = "depth:5")]
     pub(super) rr: Roulette,
-    /// Where random numbers come from: independent, jittered or sobol. With the last two, the error is less than the
-    /// bars say, which are those of independent numbers
-    #[arg(long, value_name = "NAME", value_parser = sampler, default_value = "independent")]
+    /// Where random numbers come from: independent, jittered, multi-jittered, halton, lattice, sobol or blue-sobol. With all
+    /// but the first, the stated error is an upper bound
+    #[arg(long, value_name = "NAME", value_parser = sampler, default_value = SamplerKind::default().name())]
     pub(super) sampler: SamplerKind,
     /// Reconstruction filter: box, tent, gaussian, mitchell, … Default: what the scene asks for
     #[arg(long, value_name = "FILTER", value_parser = filter)]

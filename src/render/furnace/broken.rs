@@ -13,7 +13,7 @@ use crate::math::color::Rgb;
 use crate::render::Radiance;
 use crate::render::path::{PathTracer, Roulette, Strategy};
 use crate::sampling::sampler::Sampler;
-use crate::scene::{Ray, Scene, Surface};
+use crate::scene::{Ray, Scene, Sought, Surface};
 use crate::validate::Sheet;
 
 /// A mistake of a path tracer.
@@ -113,7 +113,9 @@ impl Textbook {
             return Rgb::BLACK;
         }
         let (choice, u) = (sampler.next_1d(), sampler.next_2d());
-        let Some(light) = scene.emitters().sample(self.settings.light_sampling, surface.p, choice, u) else {
+        let by = self.settings.light_sampling;
+        // No room has a sky.
+        let Some(light) = scene.emitters().sample(Sought::Every, by, surface.p, choice, u) else {
             return Rgb::BLACK;
         };
         let wi = surface.frame.to_local(light.wi);

@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::compare::{self, Comparison, Plan};
 use super::rooms::{scene, settings, shape};
@@ -20,7 +20,7 @@ use crate::math::color::Rgb;
 use crate::math::sphere::direction_mu;
 use crate::math::sum::Moments;
 use crate::render::path::Strategy;
-use crate::scene::{Geometry, Light, Material, Ray, Scene};
+use crate::scene::{EnvironmentMap, Geometry, Light, Material, Ray, Scene};
 use crate::validate::Check;
 
 /// Cosines of incidence, and azimuths for models that are not isotropic.
@@ -70,14 +70,21 @@ impl View {
     }
 }
 
-/// A surface of the model and the constant light.
+/// A surface of the model and light that is 1 everywhere: a map of a single pixel, because multiple importance sampling
+/// does not connect to a constant environment, and densities are to be tested.
 fn surface_of(model: &Arc<dyn Bsdf>) -> Scene {
     let geometry = if model.lobes().contains(Lobes::TRANSMIT) {
         Geometry::Disk { to_world: DAffine3::IDENTITY }
     } else {
         Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0 }
     };
-    let light = Light::Constant { radiance: Rgb::WHITE };
+    let light = Light::Environment(EnvironmentMap {
+        pixels: Arc::new(vec![[1.0; 3]]),
+        width: 1,
+        height: 1,
+        to_world: DMat3::IDENTITY,
+        scale: 1.0,
+    });
     let material = Material::uniform("subject", Box::new(model.clone()));
     scene(vec![material], vec![shape("subject", geometry, 0, 0.0)], vec![light])
 }

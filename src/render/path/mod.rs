@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | `Bsdf` | always | never |
 //! | `Direct` | seen directly or past Dirac lobes only | at every surface |
-//! | `Mis` | weighted by the heuristic | at every surface, weighted |
+//! | `Mis` | weighted by the heuristic | at every surface, weighted; to no constant environment |
 //! | `RandomConnect` | seen directly or past Dirac lobes only | at one surface of the path, picked at random, with weight 1/p |
 //!
 //! All have the same mean. Basic radiance L/η² is carried, so that a lossless interface neither adds nor takes.
@@ -130,7 +130,6 @@ impl Radiance for PathTracer {
         match samples {
             Samples::Independent(samples) => self.in_waves(scene, samples),
             Samples::Lattice(samples) => self.in_waves(scene, samples),
-            Samples::Sobol(samples) => self.in_waves(scene, samples),
             Samples::Any(samples) => self.in_waves(scene, samples),
         }
     }
@@ -141,7 +140,7 @@ mod tests {
     use super::*;
     use crate::math::sum::Moments;
     use crate::sampling::filter::Filter;
-    use crate::sampling::points::{Lattice, Sobol};
+    use crate::sampling::points::Lattice;
     use crate::sampling::sampler::{Independent, SamplerKind};
     use crate::scene::builtin::builtin;
     use crate::scene::{Camera, FilmSettings, Geometry, Material, RenderSettings, SceneDescription, Shape};
@@ -290,7 +289,6 @@ mod tests {
                 let tracer = PathTracer { strategy, bounces, first_split, ..PathTracer::default() };
                 for (waves, alone) in [
                     in_waves_and_alone(&tracer, &scene, &Independent::new(5)),
-                    in_waves_and_alone(&tracer, &scene, &Sobol::new(5)),
                     in_waves_and_alone(&tracer, &scene, &Lattice::new(5)),
                     in_waves_and_alone(&tracer, &scene, &SamplerKind::Halton.sampler(5, 200, 1)),
                 ] {

@@ -11,7 +11,7 @@ use super::{PathTracer, Strategy};
 use crate::bsdf::{BsdfSample, Density, Lobes};
 use crate::math::color::Rgb;
 use crate::sampling::sampler::Sampler;
-use crate::scene::{Hit, Ray, Scene, Surface, opaque_share};
+use crate::scene::{Hit, Ray, Scene, Sought, Surface, opaque_share};
 
 /// A path on its way. It makes a [step](Self::step) at what its ray has met, [receives](Self::receive) the light that it has
 /// connected to there, [casts](Self::cast) its next ray, and so on.
@@ -210,7 +210,8 @@ impl Walk {
         sampler: &mut S,
     ) -> Option<Promise> {
         let (choice, u) = (sampler.next_1d(), sampler.next_2d());
-        let light = scene.emitters().sample(tracer.light_sampling, vertex.surface.p, choice, u)?;
+        let sought = if tracer.strategy == Strategy::Mis { Sought::Uneven } else { Sought::Every };
+        let light = scene.emitters().sample(sought, tracer.light_sampling, vertex.surface.p, choice, u)?;
         let (f_cos, pdf) = vertex.eval(light.wi);
         if f_cos.is_black() {
             return None;

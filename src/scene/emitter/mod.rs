@@ -32,6 +32,16 @@ pub enum LightSampling {
     Area,
 }
 
+/// Which emitters are connected to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sought {
+    /// All.
+    Every,
+    /// All but environments that are equally bright everywhere. A reflected ray finds those with a density that follows the
+    /// reflection; a direction drawn without it can but be worse, and costs a ray more.
+    Uneven,
+}
+
 /// A direction towards an emitter.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
@@ -67,7 +77,8 @@ enum Emitter {
 #[derive(Debug)]
 pub struct Emitters {
     all: Vec<Emitter>,
-    choice: Option<AliasTable>,
+    every: Option<AliasTable>,
+    uneven: Option<AliasTable>,
     /// Emitter of each primitive; empty where no surface emits.
     of_primitive: Vec<u32>,
     /// Numbers of those that are infinitely far and not Dirac.
@@ -131,12 +142,15 @@ impl Emitters {
         let powers: Vec<f64> = emitters.iter().map(|emitter| emitter.power(radius)).collect();
         let environments = (0..emitters.len()).filter(|&i| matches!(emitters[i], Emitter::Environment(_))).collect();
         let dirac = emitters.iter().any(Emitter::is_dirac);
-        Ok(Self { choice: AliasTable::new(&powers), all: emitters, of_primitive, environments, dirac })
+        let is_even = |emitter: &Emitter| matches!(emitter, Emitter::Environment(EnvironmentSampler::Constant(_)));
+        let of_uneven = powers.iter().zip(&emitters).map(|(power, e)| if is_even(e) { 0.0 } else { *power });
+        let uneven = AliasTable::new(&of_uneven.collect::<Vec<_>>());
+        Ok(Self { every: AliasTable::new(&powers), uneven, all: emitters, of_primitive, environments, dirac })
     }
 
     /// Whether nothing emits.
     pub fn is_empty(&self) -> bool {
-        self.choice.is_none()
+        self.every.is_none()
     }
 
     /// Whether there is a light that no ray can hit by chance: a point, a spot or parallel light.
@@ -144,11 +158,15 @@ impl Emitters {
         self.dirac
     }
 
-    /// Draws a direction from `p` towards an emitter: `choice` picks the emitter, `u` the point of it.
+    /// Draws a direction from `p` towards one of the emitters sought: `choice` picks the emitter, `u` the point of it.
     #[allow(clippy::inline_always, reason = "the part of a path that costs most besides rays")]
     #[inline(always)]
-    pub fn sample(&self, by: LightSampling, p: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
-        let (number, probability, _) = self.choice.as_ref()?.pick(choice);
+    pub fn sample(&self, sought: Sought, by: LightSampling, p: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
+        let emitters = match sought {
+            Sought::Every => &self.every,
+            Sought::Uneven => &self.uneven,
+        };
+        let (number, probability, _) = emitters.as_ref()?.pick(choice);
         let mut sample = match &self.all[number] {
             Emitter::Area { shape, radiance, triangles } => {
                 let drawn = shape.sample(by, p, u)?;
@@ -189,22 +207,22 @@ impl Emitters {
         }
     }
 
-    /// The density [1/sr] with which [`Emitters::sample`] draws, from `p`, the direction `wi` to this point of emitter `number`.
+    /// The density [1/sr] with which [`Emitters::sample`] draws, from `p` and among the uneven emitters, the direction `wi` to
+    /// this point of emitter `number`.
     #[inline]
     pub fn pdf(&self, by: LightSampling, number: usize, p: DVec3, wi: DVec3, surface: &Surface) -> f64 {
-        let (Emitter::Area { shape, .. }, Some(choice)) = (&self.all[number], &self.choice) else { return 0.0 };
+        let (Emitter::Area { shape, .. }, Some(choice)) = (&self.all[number], &self.uneven) else { return 0.0 };
         choice.probability(number) * shape.pdf(by, p, wi, surface)
     }
 
-    /// The radiance from infinitely far along `wi`, emitter by emitter, each with its density [1/sr].
+    /// The radiance from infinitely far along `wi`, emitter by emitter, each with the density [1/sr] of drawing it among the
+    /// uneven ones.
     #[inline]
     pub fn escaped(&self, wi: DVec3) -> impl Iterator<Item = (Rgb, f64)> {
         self.environments.iter().filter_map(move |&number| {
-            let (Emitter::Environment(environment), Some(choice)) = (&self.all[number], &self.choice) else {
-                return None;
-            };
+            let Emitter::Environment(environment) = &self.all[number] else { return None };
             let (radiance, pdf) = environment.eval(wi);
-            Some((radiance, pdf * choice.probability(number)))
+            Some((radiance, pdf * self.uneven.as_ref().map_or(0.0, |choice| choice.probability(number))))
         })
     }
 }
