@@ -2,7 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::{Drawn, Role, colour, drawn, framed, label, line, px, ruled};
+use super::Figure;
+use super::style::{Drawn, SERIES, SIZE, colour, framed, label, line, px, ruled};
 
 /// A line of the plot.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +15,6 @@ pub struct Curve {
     /// Its standard deviation for one sample, if known: σ / √N is drawn beside it.
     pub sigma: Option<f64>,
 }
-
-const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
 /// Room for a letter of a name, in pixels.
 const WIDTH_OF_LETTER: i32 = 8;
@@ -63,15 +62,14 @@ fn spread(ends: &[f64], gap: f64, top: f64) -> Vec<f64> {
 }
 
 /// RMSE of every curve with 95 % bars, σ/√N dashed where σ is known, and names at the ends of the lines.
-pub fn convergence(curves: &[Curve]) -> String {
+pub fn convergence(curves: &[Curve]) -> Figure<'_> {
     let all = || curves.iter().flat_map(|curve| &curve.points).filter(|p| p.0 > 0.0 && p.1 > 0.0 && p.1.is_finite());
     let (least_n, most_n) = all().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(p.0), b.max(p.0)));
     let (least, most) = all().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(p.1), b.max(p.1)));
     let (low, high) = (10_f64.powf((least * 0.8).log10().floor()), 10_f64.powf((most * 1.2).log10().ceil()));
-    drawn("Error against number of samples", |area| {
+    Figure::new("Error against number of samples", move |area| {
         let longest = curves.iter().map(|curve| curve.name.chars().count().min(99) as u8).max().map_or(0, i32::from);
-        let (plot, names) =
-            area.split_horizontally(px(super::SIZE.0 - (WIDTH_OF_LETTER * longest + 20).clamp(60, 320)));
+        let (plot, names) = area.split_horizontally(px(SIZE.0 - (WIDTH_OF_LETTER * longest + 20).clamp(60, 320)));
         if !(least_n < most_n && least <= most) {
             return Err("nothing to draw".into());
         }
@@ -88,7 +86,7 @@ pub fn convergence(curves: &[Curve]) -> String {
             .y_desc("root mean square error")
             .draw()?;
         for (series, curve) in curves.iter().enumerate() {
-            let role = ROLES[series % ROLES.len()];
+            let role = SERIES[series % SERIES.len()];
             if let Some(sigma) = curve.sigma {
                 let ends = [least_n, most_n].map(|n| (n, sigma / n.sqrt()));
                 let dashes = DashedLineSeries::new(ends, px(5), px(5), line(role, 1));
@@ -103,7 +101,7 @@ pub fn convergence(curves: &[Curve]) -> String {
             }
             // Lines of one colour differ by their marks, which also tell neighbours apart in grey.
             let (at, fill) = (points.into_iter(), colour(role).filled());
-            match (series + series / ROLES.len()) % 4 {
+            match (series + series / SERIES.len()) % 4 {
                 0 => chart.draw_series(at.map(|p| Circle::new(p, px(4), fill)))?,
                 1 => chart.draw_series(at.map(|p| TriangleMarker::new(p, px(5), fill)))?,
                 2 => {
@@ -116,9 +114,9 @@ pub fn convergence(curves: &[Curve]) -> String {
         let height = |rmse: f64| f64::from(chart.backend_coord(&(most_n, rmse)).1);
         let ends: Vec<f64> =
             curves.iter().map(|curve| curve.points.last().map_or(0.0, |p| height(p.1.clamp(low, high)))).collect();
-        let bottom = f64::from(px(super::SIZE.1 - 24));
+        let bottom = f64::from(px(SIZE.1 - 24));
         for ((series, curve), y) in curves.iter().enumerate().zip(spread(&ends, f64::from(px(20)), bottom)) {
-            let text = Text::new(curve.name.clone(), (px(6), y as i32 - px(8)), label(ROLES[series % ROLES.len()]));
+            let text = Text::new(curve.name.clone(), (px(6), y as i32 - px(8)), label(SERIES[series % SERIES.len()]));
             names.draw(&text)?;
         }
         Ok(()) as Drawn
@@ -148,10 +146,10 @@ mod tests {
     fn every_curve_has_its_name_and_its_theory() {
         let points = (4..10).map(|k| (f64::from(1 << k), 0.3 / f64::from(1 << k).sqrt(), 0.1)).collect();
         let curve = Curve { name: "cosine".into(), points, sigma: Some(0.3) };
-        let svg = convergence(std::slice::from_ref(&curve));
+        let svg = convergence(std::slice::from_ref(&curve)).inline();
         assert!(svg.contains("cosine") && svg.contains("class=\"s-first\""), "{svg}");
-        let bare = convergence(&[Curve { sigma: None, ..curve }]);
+        let bare = convergence(&[Curve { sigma: None, ..curve }]).inline();
         assert!(bare.len() < svg.len());
-        assert!(convergence(&[]).contains("could not be drawn"));
+        assert!(convergence(&[]).inline().contains("could not be drawn") && convergence(&[]).png().is_err());
     }
 }
