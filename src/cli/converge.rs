@@ -338,5 +338,6 @@ fn curve(row: &Row, name_sampler: bool) -> Curve {
         name: if name_sampler { format!("{}, {}", row.estimator.name, row.sampler) } else { row.estimator.name.into() },
         points: row.found.points.iter().map(|p| (p.n as f64, p.rmse, p.log_std_err)).collect(),
         sigma: row.estimator.sigma.filter(|_| row.found.sampler == SamplerKind::Independent),
+        theory: [row.theory.steepest, row.theory.flattest],
     }
 }

@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 
 use super::Figure;
-use super::style::{Role, SIZE, Sign, framed, legend, line, px, ruled};
+use super::marks::{Sign, legend};
+use super::style::{Role, SIZE, framed, line, px, ruled};
 use crate::report::probe::AlbedoPoint;
 
 /// Albedos above this are drawn at it.
