@@ -150,10 +150,10 @@ impl EndLabel {
     /// Draws them in a column right of `x`, the frame's rim, between two heights, each as near to the end of its line as can be.
     pub(super) fn draw(labels: &[Self], area: &Area<'_>, x: i32, (top, bottom): (i32, i32)) -> Drawn {
         // The first row belongs beside the line's end.
-        let wanted = |label: &Self| label.end.1 + (label.height() - GAP - ROW) / 2;
-        let sizes: Vec<(i32, i32)> = labels.iter().map(|label| (wanted(label), label.height())).collect();
-        for (label, centre) in labels.iter().zip(spread(&sizes, top, bottom)) {
-            let first = centre - (label.height() - GAP - ROW) / 2;
+        let wanted: Vec<(i32, i32)> =
+            labels.iter().map(|label| (label.end.1 - (ROW + GAP) / 2, label.height())).collect();
+        for (label, top) in labels.iter().zip(spread(&wanted, top, bottom)) {
+            let first = top + (ROW + GAP) / 2;
             let leader = vec![(x + px(2), label.end.1), (x + LEADER - px(3), first)];
             area.draw(&PathElement::new(leader, line(label.role, 1)))?;
             for (row, (shown, text)) in (0_i32..).zip(&label.rows) {
@@ -167,26 +167,24 @@ impl EndLabel {
     }
 }
 
-/// The centres of labels of these (wanted centre, height): in their order, without overlap, between `top` and `bottom`
+/// The upper ends of labels of these (wanted upper end, height): in their order, without overlap, between `top` and `bottom`
 /// as far as they have room.
 fn spread(labels: &[(i32, i32)], top: i32, bottom: i32) -> Vec<i32> {
     let mut order: Vec<usize> = (0..labels.len()).collect();
     order.sort_by_key(|&i| labels[i].0);
-    let mut centres: Vec<i32> = labels.iter().map(|label| label.0).collect();
+    let mut tops: Vec<i32> = labels.iter().map(|label| label.0).collect();
     let mut free = top;
     for &i in &order {
-        let height = labels[i].1;
-        centres[i] = centres[i].max(free + height / 2);
-        free = centres[i] + height / 2;
+        tops[i] = tops[i].max(free);
+        free = tops[i] + labels[i].1;
     }
     // Those pushed beyond the bottom come back up.
     let mut free = bottom;
     for &i in order.iter().rev() {
-        let height = labels[i].1;
-        centres[i] = centres[i].min(free - height / 2);
-        free = centres[i] - height / 2;
+        tops[i] = tops[i].min(free - labels[i].1);
+        free = tops[i];
     }
-    centres
+    tops
 }
 
 #[cfg(test)]
@@ -195,12 +193,15 @@ mod tests {
 
     #[test]
     fn labels_keep_their_distance_and_their_order() {
-        let centres = spread(&[(50, 20), (10, 20), (12, 20), (99, 20), (98, 20)], 0, 110);
-        let mut sorted = centres.clone();
-        sorted.sort_unstable();
-        assert!(sorted.windows(2).all(|pair| pair[1] - pair[0] >= 20), "{centres:?}");
-        assert!(centres[1] < centres[2] && centres[2] < centres[0] && centres[4] < centres[3], "{centres:?}");
-        assert!(sorted[0] >= 10 && sorted[4] <= 100);
+        let wanted = [(50, 20), (10, 20), (12, 40), (99, 20), (98, 20)];
+        let tops = spread(&wanted, 0, 130);
+        let mut blocks: Vec<(i32, i32)> =
+            tops.iter().zip(wanted).map(|(&top, (_, height))| (top, top + height)).collect();
+        blocks.sort_unstable();
+        assert!(blocks.windows(2).all(|pair| pair[1].0 >= pair[0].1), "{blocks:?}");
+        assert!(tops[1] < tops[2] && tops[2] < tops[0] && tops[4] < tops[3], "{tops:?}");
+        assert!(blocks[0].0 >= 0 && blocks[4].1 <= 130);
+        assert_eq!(spread(&[(50, 20), (80, 60)], 0, 200), [50, 80], "where there is room, nothing moves");
     }
 
     #[test]
