@@ -17,7 +17,7 @@ use whitefurnace::report::table::{Align, Table};
 fn main() -> Result<(), Box<dyn Error>> {
     let phong = Phong::new(100.0, 0.0, 1.0, PhongNorm::DensityNPlus1)?.with_division(true);
     let (eye, light) = (albedo_curve(&phong, Side::Eye), albedo_curve(&phong, Side::Light));
-    let figure = plot::standalone(&plot::albedo(&eye, &light));
+    let figure = plot::albedo(&eye, &light).svg()?;
 
     let hemisphere = Hemisphere { tol: 1e-9, ..Hemisphere::default() };
     let columns = ["theta_deg", "albedo_eye", "albedo_light"];

@@ -229,6 +229,7 @@ fn converge_writes_its_numbers_and_its_plot() {
     assert!(studies.iter().all(|study| study["points"].as_array().unwrap().len() == 9));
     assert_eq!(fs::read_to_string(out.join("convergence.csv")).unwrap().lines().count(), 1 + 4 * 9);
     assert!(fs::read_to_string(out.join("convergence.svg")).unwrap().contains("area, sobol"));
+    assert!(fs::read(out.join("convergence.png")).unwrap().starts_with(b"\x89PNG"));
     // Three numbers of samples with four means each are too little for a verdict.
     let little = ["converge", "albedo:ggx:alpha=0.3@0.5", "--n", "64..256", "--replicates", "4"];
     assert!(stdout(&little, 3).contains("insufficient data"));

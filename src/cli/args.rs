@@ -8,6 +8,7 @@ use super::compare::{self, CompareArgs};
 use super::converge::ConvergeArgs;
 use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
+use super::plot::PlotArgs;
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::validate::Suite;
@@ -89,6 +90,8 @@ pub(super) enum Command {
     /// Merges renderings of one scene: mean, variance and count of all samples together
     #[command(after_help = merge::HELP)]
     Merge(MergeArgs),
+    /// Draws one plot as SVG or PNG
+    Plot(PlotArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -232,7 +235,7 @@ pub(super) fn stops(text: &str) -> Result<f64, String> {
     number(text, "a number of stops from -100 to 100", |x| x.abs() <= 100.0)
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+pub(super) fn finite(text: &str) -> Result<f64, String> {
     number(text, "a finite number of degrees", |_| true)
 }
 

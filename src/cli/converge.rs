@@ -18,7 +18,7 @@ use crate::converge::study::CONFIDENCE;
 use crate::converge::{Convergence, Estimator, Study, Target, Theory, Verdict, albedo, irradiance};
 use crate::integrate::is_two_faced;
 use crate::math::sphere::direction_mu;
-use crate::report::plot::{Curve, convergence, standalone};
+use crate::report::plot::{Curve, convergence};
 use crate::report::table::{Align, Table, exact, short};
 use crate::sampling::sampler::SamplerKind;
 
@@ -46,7 +46,7 @@ pub(super) struct ConvergeArgs {
     /// Seed of every random number
     #[arg(long, value_name = "N", value_parser = args::seed, default_value_t = 1)]
     seed: u64,
-    /// Folder for convergence.csv, .json and .svg; it is made where it is not there
+    /// Folder for convergence.csv, .json, .svg and .png; it is made where it is not there
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Rank by the error at equal time, not at equal numbers of samples
@@ -215,6 +215,7 @@ struct Files {
     csv: crate::report::save::Target,
     json: crate::report::save::Target,
     svg: crate::report::save::Target,
+    png: crate::report::save::Target,
 }
 
 #[derive(Serialize)]
@@ -259,7 +260,12 @@ impl Files {
         let shown = folder.display();
         fs::create_dir_all(folder).with_context(|| format!("--out {shown}: cannot be made"))?;
         let file = |name: &str| job::target("--out", folder.join(name));
-        Ok(Self { csv: file("convergence.csv")?, json: file("convergence.json")?, svg: file("convergence.svg")? })
+        Ok(Self {
+            csv: file("convergence.csv")?,
+            json: file("convergence.json")?,
+            svg: file("convergence.svg")?,
+            png: file("convergence.png")?,
+        })
     }
 
     fn write(&self, target: &Target, rows: &[Row], args: &ConvergeArgs) -> anyhow::Result<()> {
@@ -302,7 +308,9 @@ impl Files {
         self.json.write(json.as_bytes()).context("--out: cannot be written")?;
         self.csv.write(csv(rows).as_bytes()).context("--out: cannot be written")?;
         let curves: Vec<Curve> = rows.iter().map(|row| curve(row, args.sampler.len() > 1)).collect();
-        self.svg.write(standalone(&convergence(&curves)).as_bytes()).context("--out: cannot be written")
+        let figure = convergence(&curves);
+        self.svg.write(figure.svg()?.as_bytes()).context("--out: cannot be written")?;
+        self.png.write(&figure.png()?).context("--out: cannot be written")
     }
 }
 
@@ -330,5 +338,6 @@ fn curve(row: &Row, name_sampler: bool) -> Curve {
         name: if name_sampler { format!("{}, {}", row.estimator.name, row.sampler) } else { row.estimator.name.into() },
         points: row.found.points.iter().map(|p| (p.n as f64, p.rmse, p.log_std_err)).collect(),
         sigma: row.estimator.sigma.filter(|_| row.found.sampler == SamplerKind::Independent),
+        theory: [row.theory.steepest, row.theory.flattest],
     }
 }

@@ -20,6 +20,11 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// A scene without parameters.
+    pub(super) fn named(scene: &str) -> Self {
+        Self { scene: scene.into(), params: Vec::new(), lenient: false }
+    }
+
     /// What was typed for SCENE.
     pub(super) fn typed(&self) -> &str {
         &self.scene

@@ -4,8 +4,11 @@
 //! many times for each N, fits the rate at which their error falls, and compares it with what theory says of the points.
 
 pub mod albedo;
+pub mod first_split;
 pub mod irradiance;
+pub mod roulette;
 pub mod study;
+pub mod variance;
 
 use std::fmt;
 

@@ -169,18 +169,18 @@ fn figures(judged: &Judged, seed: u64) -> String {
     };
     [
         "<div class=\"plots\">\n",
-        &figure("Albedo from both sides", &plot::albedo(&eye, &light), &about_albedo),
+        &figure("Albedo from both sides", &plot::albedo(&eye, &light).inline(), &about_albedo),
         &figure(
             "Lobes",
-            &plot::lobes(&lobes),
+            &plot::lobes(&lobes).inline(),
             "f·cos in the plane of incidence, each lobe scaled to its own maximum (1/sr); the ticks on the left mark the eye.",
         ),
         &figure(
             "Reciprocity residual",
-            &plot::asymmetry(&probe::asymmetry(bsdf)),
+            &plot::asymmetry(&probe::asymmetry(bsdf)).inline(),
             "Relative gap between f(a, b) and f(b, a), the largest over azimuths.",
         ),
-        &figure("Sampled and claimed", &plot::histogram(&histogram), &about_histogram),
+        &figure("Sampled and claimed", &plot::histogram(&histogram).inline(), &about_histogram),
         "</div>\n",
     ]
     .concat()
