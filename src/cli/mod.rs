@@ -13,6 +13,7 @@ mod furnace;
 mod job;
 mod list;
 mod merge;
+mod progress;
 mod render;
 mod sample;
 mod scene_source;
