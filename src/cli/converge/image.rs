@@ -234,7 +234,7 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
                     own = Some(film);
                     Some(known.context("--reference own: a pixel has no two samples that are finite")?)
                 }
-                None => return stopped(args, out),
+                None => return stopped(args, &bar, out),
             }
         }
         Wanted::Picture { path, image } => {
@@ -250,7 +250,7 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
     lab.reference = known.as_ref();
     let first = if let Wanted::Own { samples } = wanted { samples } else { 0 };
     if !work.images(&lab, &mut state, first)? {
-        return stopped(args, out);
+        return stopped(args, &bar, out);
     }
     bar.finish_and_clear();
 
@@ -283,7 +283,8 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
 }
 
 /// What is said where there is no verdict yet.
-fn stopped(args: &ConvergeArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
+fn stopped(args: &ConvergeArgs, bar: &ProgressBar, out: &mut dyn Write) -> anyhow::Result<Status> {
+    bar.finish_and_clear();
     let how = match &args.out {
         Some(folder) => format!("interrupted; the same command goes on from what is in {}\n", folder.display()),
         None => "interrupted; with --out DIR it could go on\n".into(),

@@ -268,15 +268,14 @@ fn of_image(subject: &Subject, image: &Image) -> String {
 }
 
 fn bias_in_words(bias: &Bias) -> String {
-    let Floor { value, std_err, z } = bias.floor;
-    let floor = format!("the floor is {} ± {}", digits(value), digits(std_err));
-    match (bias.explained, z) {
+    let explained = |z: f64| format!("z = {:.1}", if z.abs() < 0.05 { 0.0 } else { z });
+    match (bias.explained, bias.floor.z) {
         (Some(true), Some(z)) => {
-            format!("{floor}, as the error of the reference lets expect (z = {z:.1}): no bias is seen")
+            format!("no bias is seen; the reference's own error explains the floor ({})", explained(z))
         }
         (Some(false), Some(z)) => {
-            format!("{floor}, more than the error of the reference explains (z = {z:.1}): a bias")
+            format!("a bias; the floor is above what the reference's own error explains ({})", explained(z))
         }
-        _ => format!("{floor}: bias² and the square of the reference's error together, which is not stated"),
+        _ => "the floor is bias² and the square of the reference's error, which is not stated".into(),
     }
 }

@@ -79,10 +79,8 @@ pub struct ImageConvergence {
     pub seconds: f64,
 }
 
-/// Share of a variance above which a single value makes it untrustworthy: for many values this, and more for a few, among
-/// which a normal one is as large as this many variances in one of 10⁵ cases.
+/// Share of a variance above which a single outlier makes it untrustworthy: as of a single sample in a sum elsewhere.
 const LARGEST_SHARE: f64 = 0.05;
-const NORMAL_SQUARE: f64 = 20.0;
 
 /// Standard deviations below this share of the mean are roundings.
 const ROUNDING: f64 = 1e-12;
@@ -156,8 +154,7 @@ impl ImageLab<'_> {
 impl ImageConvergence {
     /// From what was measured; each of the points has so many values of a pixel of an image.
     fn new(sampler: SamplerKind, points: Vec<(u64, Measured)>, values: f64) -> Self {
-        let bound = LARGEST_SHARE + NORMAL_SQUARE / values;
-        let is_heavy = |spread: &Spread| spread.largest_share > bound;
+        let is_heavy = |spread: &Spread| spread.largest_share > LARGEST_SHARE;
         let samples: f64 = points.iter().map(|(n, _)| *n as f64 * values).sum();
         let seconds = points.iter().map(|(_, measured)| measured.seconds).sum::<f64>() / samples;
         let usable: Vec<(u64, Spread)> = (points.iter().map(|(n, measured)| (*n, measured.spread)))
