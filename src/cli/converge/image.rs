@@ -40,7 +40,7 @@ pub(super) struct ImageArgs {
     /// Reconstruction filter: box, tent, gaussian, … Default: what the scene asks for
     #[arg(long, value_name = "FILTER", value_parser = filter)]
     filter: Option<Filter>,
-    /// What the floor is measured against: a picture, whose size may be a multiple of the image's; `own`, rendered by mis with
+    /// What the floor is measured against: a picture, whose sides may be multiples of the image's; `own`, rendered by mis with
     /// other random numbers; or `none`. Default: own
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
@@ -60,8 +60,9 @@ const DEFAULT_REPLICATES: u64 = 16;
 const REPLICATES: std::ops::RangeInclusive<u64> = 4..=4096;
 /// Bytes of the images of one count.
 const MOST_BYTES: usize = 1 << 32;
-/// How often the state is kept while the work goes on.
-const KEEP_SECONDS: f64 = 20.0;
+/// How often the state is kept while the work goes on, and how many times as long as keeping it takes at the least.
+const KEEP_SECONDS: f64 = 5.0;
+const KEEP_SHARE: f64 = 20.0;
 
 impl ImageArgs {
     /// The first option that was typed.
@@ -318,14 +319,12 @@ impl Work<'_> {
             None => view.blank(),
         };
         let numbers = Numbers { sampler: SamplerKind::Independent, seed, samples };
-        let mut last = Instant::now();
+        let mut keeping = Keeping::new();
         view.raise(tracer, numbers, &mut film, self.interrupted, &mut |film, now| {
             let share = now.samples as f64 / all as f64;
             progress::show(self.bar, "the reference", self.start.elapsed().as_secs_f64(), 0.0, share);
-            if let (Some(kept), true) = (self.kept, last.elapsed().as_secs_f64() > KEEP_SECONDS) {
-                // If it cannot be written now, the end will say so.
-                let _ = kept.keep_reference(film, scene, seed);
-                last = Instant::now();
+            if let Some(kept) = self.kept {
+                keeping.if_due(|| kept.keep_reference(film, scene, seed));
             }
         });
         if let Some(kept) = self.kept {
@@ -341,18 +340,39 @@ impl Work<'_> {
             (first + done) as f64 / (first + all) as f64
         };
         let (begun, at_first) = (Instant::now(), share(state));
-        let mut last = Instant::now();
+        let mut keeping = Keeping::new();
         lab.go_on(state, self.interrupted, &mut |state| {
             progress::show(self.bar, "images", begun.elapsed().as_secs_f64(), at_first, share(state));
-            if let (Some(kept), true) = (self.kept, last.elapsed().as_secs_f64() > KEEP_SECONDS) {
-                let _ = kept.keep(state);
-                last = Instant::now();
+            if let Some(kept) = self.kept {
+                keeping.if_due(|| kept.keep(state));
             }
         });
         if let Some(kept) = self.kept {
             kept.keep(state)?;
         }
         Ok(state.measured.len() == lab.extent().measured)
+    }
+}
+
+/// Keeps a state now and then, at a small part of the time.
+struct Keeping {
+    last: Instant,
+    pause: f64,
+}
+
+impl Keeping {
+    fn new() -> Self {
+        Self { last: Instant::now(), pause: KEEP_SECONDS }
+    }
+
+    fn if_due(&mut self, keep: impl FnOnce() -> anyhow::Result<()>) {
+        if self.last.elapsed().as_secs_f64() > self.pause {
+            let begun = Instant::now();
+            // If it cannot be written now, the end will say so.
+            let _ = keep();
+            self.pause = KEEP_SECONDS.max(KEEP_SHARE * begun.elapsed().as_secs_f64());
+            self.last = Instant::now();
+        }
     }
 }
 

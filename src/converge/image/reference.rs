@@ -24,7 +24,8 @@ impl Reference {
         })
     }
 
-    /// A picture in `width` x `height` pixels: as it is, or in the means of its blocks, if its sides are multiples of these.
+    /// A picture in `width` x `height` pixels: as it is, or in the means of its square blocks, if both its sides are the same
+    /// multiple of these.
     ///
     /// Its error is that of its planes `Variance.R`, `.G` and `.B`, where it has them, with what its file has rounded away.
     pub fn of_image(image: &Image, [width, height]: [usize; 2]) -> Result<Self, String> {
@@ -32,7 +33,9 @@ impl Reference {
         if !image.has_colour() {
             return Err("it has no colour".into());
         }
-        if width == 0 || height == 0 || w % width != 0 || h % height != 0 {
+        // Blocks that are no squares would be those of another view.
+        let side = w / width.max(1);
+        if side == 0 || (width * side, height * side) != (w, h) {
             return Err(format!("it is {w} x {h}; allowed are that size and its whole parts, not {width} x {height}"));
         }
         let pixels: Vec<Rgb> = image.pixels_linear_rgb().iter().map(|c| Rgb::from(c.map(f64::from))).collect();
@@ -49,18 +52,18 @@ impl Reference {
             };
             (0..pixels.len()).map(pixel).collect::<Vec<Rgb>>()
         });
-        let (bw, bh) = (w / width, h / height);
+        let area = (side * side) as f64;
         let block = |of: &[Rgb], at: usize| {
-            let (x, y) = (at % width * bw, at / width * bh);
-            let sum: Rgb = (0..bw * bh).map(|k| of[(y + k / bw) * w + x + k % bw]).sum();
-            sum / (bw * bh) as f64
+            let (x, y) = (at % width * side, at / width * side);
+            let sum: Rgb = (0..side * side).map(|k| of[(y + k / side) * w + x + k % side]).sum();
+            sum / area
         };
         let blocks = |of: &[Rgb]| (0..width * height).map(|at| block(of, at)).collect::<Vec<Rgb>>();
         let positive = |v: &Vec<Rgb>| v.iter().all(|v| v.is_finite() && v.min_channel() >= 0.0);
         Ok(Self {
             colours: blocks(&pixels),
             // The variance of a mean of m values is the mean of their variances over m.
-            variance: stated.filter(positive).map(|of| blocks(&of).into_iter().map(|v| v / (bw * bh) as f64).collect()),
+            variance: stated.filter(positive).map(|of| blocks(&of).into_iter().map(|v| v / area).collect()),
         })
     }
 
@@ -127,7 +130,9 @@ mod tests {
     fn what_does_not_fit_is_refused() {
         let error = Reference::of_image(&picture(None), [4, 4]).unwrap_err();
         assert_eq!(error, "it is 6 x 4; allowed are that size and its whole parts, not 4 x 4");
-        assert!(Reference::of_image(&picture(None), [12, 8]).is_err());
+        for other in [[12, 8], [3, 4], [6, 2], [0, 0], [6, 0]] {
+            assert!(Reference::of_image(&picture(None), other).is_err(), "{other:?}");
+        }
         let nan = Image::from_rgb(1, 1, &[[f32::NAN; 3]]).unwrap();
         assert!(Reference::of_image(&nan, [1, 1]).unwrap_err().contains("column 0, row 0"));
     }
