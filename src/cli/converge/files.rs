@@ -11,7 +11,7 @@
 //!               "points": [{"n", "rmse", "log_std_err", "mean", "std_err", "floor", "floor_std_err"}]}]}
 //! ```
 //! What is not known is null. Of an image, `exact` is the mean of the reference and `rmse` is without the floor, which is a mean
-//! square.
+//! square; `bias_z` is of squares relative to the brightness of pixels: see [`Floor`](crate::converge::image::Floor).
 
 use std::fs;
 use std::path::Path;

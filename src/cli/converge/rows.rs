@@ -274,7 +274,10 @@ fn bias_in_words(bias: &Bias) -> String {
             format!("no bias is seen; the reference's own error explains the floor ({})", explained(z))
         }
         (Some(false), Some(z)) => {
-            format!("a bias; the floor is above what the reference's own error explains ({})", explained(z))
+            format!(
+                "a bias; relative to the brightness of pixels, the floor is above what the reference's own error explains ({})",
+                explained(z)
+            )
         }
         _ => "the floor is bias² and the square of the reference's error, which is not stated".into(),
     }
