@@ -41,8 +41,8 @@ const CHUNK: u64 = 256;
 const PASS: u64 = 1 << 16;
 
 impl Numbers {
-    fn sampler(self) -> AnySampler {
-        self.sampler.sampler(self.seed, self.samples)
+    fn sampler(self, scene: &Scene) -> AnySampler {
+        self.sampler.sampler(self.seed, self.samples, scene.film().width as u64)
     }
 }
 
@@ -71,7 +71,7 @@ impl View<'_> {
         if let Some(place) = self.pixel {
             return self.raise_pixel(place, radiance, numbers, film, interrupted, report);
         }
-        let job = Job { scene: self.scene, radiance, filter: self.filter, sampler: &numbers.sampler() };
+        let job = Job { scene: self.scene, radiance, filter: self.filter, sampler: &numbers.sampler(self.scene) };
         progressive::render(&job, film, Stop::Samples(numbers.samples), interrupted, report)
     }
 
@@ -85,7 +85,7 @@ impl View<'_> {
         report: &mut dyn FnMut(&Film, Progress),
     ) -> Cost {
         let start = Instant::now();
-        let (sampler, samples) = (numbers.sampler(), numbers.samples);
+        let (sampler, samples) = (numbers.sampler(self.scene), numbers.samples);
         let number = (y * self.scene.film().width + x) as u64;
         let centre = DVec2::new(x as f64, y as f64) + 0.5;
         let chunk = |from: u64, to: u64| {
