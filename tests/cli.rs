@@ -233,7 +233,7 @@ fn converge_writes_its_numbers_and_its_plot() {
     // Three numbers of samples with four means each are too little for a verdict.
     let little = ["converge", "albedo:ggx:alpha=0.3@0.5", "--n", "64..256", "--replicates", "4"];
     assert!(stdout(&little, 3).contains("insufficient data"));
-    refused(&["converge", "nothing"], "allowed are albedo:SUBJECT@MU and irradiance:NAME");
+    refused(&["converge", "nothing"], "allowed are albedo:SUBJECT@MU, irradiance:NAME and scene:SCENE");
     refused(&["converge", "irradiance:unit-squre"], "did you mean unit-square?");
     refused(&["converge", "albedo:lambert@1.5"], "a cosine in (0, 1]");
     refused(&["converge", "albedo:lambert@0.5", "--estimator", "area"], "has no such estimator");

@@ -20,6 +20,10 @@ A SUBJECT is
   FILE                  a text file with one subject per line (# starts a comment),
                         or a CSV table of SGD or ABC fits: all its materials";
 
+const ESTIMATORS: &str = "\
+The estimators of a scene: mis, direct, bsdf, random-connect (see `whitefurnace render --help`), balance and power (mis
+with that heuristic), first-split=M or split=M, roulette=Q (every path goes on with probability Q)";
+
 const STATUS: &str = "Exit status: 0 pass, 1 fail, 3 inconclusive, 2 bad usage or input";
 
 /// Checks any BRDF, and the numbers behind it: samplers, certified integrals, one sheet of verdicts.
@@ -72,8 +76,13 @@ pub(super) enum Command {
     /// Measures how the error of estimators falls with the number of samples, and compares the rate with theory
     #[command(after_help = format!("{SUBJECTS}\n\nColumns: the fitted exponent with its 99 % interval, the exponents of \
         theory (smooth to worst), the standard\ndeviation of one sample, measured and known, nanoseconds a sample, and \
-        1 / (variance x seconds).\n\nExit status: 0 all agree, 1 some rate differs from theory, 3 no verdict on some, \
-        2 bad usage or input\n\nExamples:\n  \
+        1 / (variance x seconds). Of an\nimage, the mean of all pixels and channels; in place of what is known stands the \
+        floor, the mean square\ndistance from the reference that more samples do not take away.\n\n{ESTIMATORS}\n\n\
+        Exit status: 0 all agree, 1 some rate differs from theory or some estimator is biased, 3 no verdict\non some, \
+        or interrupted, 2 bad usage or input\n\nExamples:\n  \
+        whitefurnace converge scene:cornell-original --sampler independent,sobol --out study\n  \
+        whitefurnace converge scene:box.xml --reference box.exr --size 64x64 --estimator mis,direct,split=4\n  \
+        whitefurnace converge scene:veach-mis@640,360 --reference none\n  \
         whitefurnace converge irradiance:unit-square --out study\n  \
         whitefurnace converge albedo:ggx:alpha=0.3@0.5 --estimator bsdf,cosine\n  \
         whitefurnace converge albedo:lambert@0.5 --n 64..4096 --replicates 256"))]

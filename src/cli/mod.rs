@@ -14,6 +14,7 @@ mod job;
 mod list;
 mod merge;
 mod plot;
+mod progress;
 mod render;
 mod sample;
 mod scene_source;

@@ -1,5 +1,6 @@
 //! SCENE on the command line: a file, or the name of a built-in scene.
 
+use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -11,6 +12,13 @@ use crate::scene::file::{self, LoadOptions, Loaded};
 pub(super) struct SceneArgs {
     /// A scene file, or the name of a built-in scene
     scene: String,
+    #[command(flatten)]
+    options: SceneOptions,
+}
+
+/// How a scene is read.
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct SceneOptions {
     /// A parameter of the scene; may be given several times
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = param)]
     params: Vec<(String, String)>,
@@ -20,31 +28,46 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// A scene without parameters.
-    pub(super) fn named(scene: &str) -> Self {
-        Self { scene: scene.into(), params: Vec::new(), lenient: false }
-    }
-
     /// What was typed for SCENE.
     pub(super) fn typed(&self) -> &str {
         &self.scene
+    }
+
+    pub(super) fn load(&self) -> anyhow::Result<Loaded> {
+        self.options.load(&self.scene)
+    }
+}
+
+impl SceneOptions {
+    /// Whether any of them was typed.
+    pub(super) fn any(&self) -> bool {
+        self.lenient || !self.params.is_empty()
+    }
+
+    /// The scene called `typed`: a file, or a built-in one.
+    pub(super) fn load(&self, typed: &str) -> anyhow::Result<Loaded> {
+        if let Some(scene) = builtin::builtin(typed, &self.params) {
+            return Ok(Loaded { scene: scene?, warnings: Vec::new() });
+        }
+        let path = Path::new(typed);
+        if !path.exists() && path.extension().is_none() {
+            let nearest = builtin::nearest(typed);
+            bail!("{typed}: there is no such file and no such built-in scene; {nearest}");
+        }
+        let options = LoadOptions { params: self.params.clone(), lenient: self.lenient };
+        file::load(path, &options).with_context(|| typed.to_string())
+    }
+}
+
+/// `name=value …`, as they were typed.
+impl fmt::Display for SceneOptions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.params.iter().try_for_each(|(name, value)| write!(f, " {name}={value}"))?;
+        f.write_str(if self.lenient { " lenient" } else { "" })
     }
 }
 
 fn param(text: &str) -> Result<(String, String), String> {
     let pair = text.split_once('=').filter(|(name, _)| !name.is_empty());
     pair.map(|(name, value)| (name.into(), value.into())).ok_or_else(|| "allowed is name=value".into())
-}
-
-pub(super) fn load(args: &SceneArgs) -> anyhow::Result<Loaded> {
-    if let Some(scene) = builtin::builtin(&args.scene, &args.params) {
-        return Ok(Loaded { scene: scene?, warnings: Vec::new() });
-    }
-    let path = Path::new(&args.scene);
-    if !path.exists() && path.extension().is_none() {
-        let nearest = builtin::nearest(&args.scene);
-        bail!("{}: there is no such file and no such built-in scene; {nearest}", args.scene);
-    }
-    let options = LoadOptions { params: args.params.clone(), lenient: args.lenient };
-    file::load(path, &options).with_context(|| args.scene.clone())
 }

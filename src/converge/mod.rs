@@ -1,10 +1,12 @@
 //! The convergence lab: how the error of an estimator falls with the number of samples.
 //!
 //! A [`Target`] is a mean that is known exactly, with the [`Estimator`]s that seek it. A [`Study`] takes means of N samples,
-//! many times for each N, fits the rate at which their error falls, and compares it with what theory says of the points.
+//! many times for each N, fits the rate at which their error falls, and compares it with what theory says of the points. Of a
+//! whole [`image`](mod@image) no exact value is known; its error is seen from the spread of its replicates.
 
 pub mod albedo;
 pub mod first_split;
+pub mod image;
 pub mod irradiance;
 pub mod roulette;
 pub mod study;

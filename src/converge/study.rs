@@ -103,21 +103,40 @@ impl Theory {
             }
         }
     }
+
+    /// What a fit, of errors with a heavy tail or not, says of it. If it is true, it is rejected with probability `level`.
+    pub fn verdict(&self, fit: Option<&RateFit>, heavy: bool, level: f64) -> Verdict {
+        let Some(fit) = fit else {
+            return Verdict::Insufficient("fewer than three numbers of samples have an error to be seen".into());
+        };
+        let half = fit.half_width(CONFIDENCE);
+        if heavy {
+            return Verdict::HeavyTail;
+        }
+        let is_narrow = half <= WIDEST;
+        if !is_narrow {
+            Verdict::Insufficient(format!("the interval of the rate is ± {half:.3}, and must be ± {WIDEST} or less"))
+        } else if fit.p_value(fit.slope.clamp(self.steepest, self.flattest)) >= level {
+            Verdict::Agrees
+        } else {
+            Verdict::Differs
+        }
+    }
 }
 
 impl Study {
+    /// The seed of one replicate at the count of this place in [`Self::counts`].
+    pub(super) fn seed_of(&self, count: usize, replicate: u64) -> u64 {
+        stream(self.seed, self.number << 8 | count as u64, replicate).next_u64()
+    }
+
     /// Measures the error about `exact`, which itself is wrong by no more than `error`.
     pub fn run(&self, estimator: &Estimator, exact: f64, error: f64) -> Convergence {
         let units: Vec<(usize, u64)> =
             (0..self.counts.len()).flat_map(|k| (0..self.replicates).map(move |r| (k, r))).collect();
         let start = |&(k, r): &(usize, u64)| {
             let begun = Instant::now();
-            let moments = mean(
-                self.sampler,
-                estimator,
-                self.counts[k],
-                stream(self.seed, self.number << 8 | k as u64, r).next_u64(),
-            );
+            let moments = mean(self.sampler, estimator, self.counts[k], self.seed_of(k, r));
             (moments, begun.elapsed().as_secs_f64())
         };
         let means: Vec<(Moments, f64)> = units.par_iter().map(start).collect();
@@ -171,21 +190,7 @@ fn mean(sampler: SamplerKind, estimator: &Estimator, n: u64, seed: u64) -> Momen
 impl Convergence {
     /// What the fit says of a theory. One that is true is rejected with probability `level`.
     pub fn verdict(&self, theory: &Theory, level: f64) -> Verdict {
-        let Some(fit) = &self.fit else {
-            return Verdict::Insufficient("fewer than three numbers of samples have an error to be seen".into());
-        };
-        let half = fit.half_width(CONFIDENCE);
-        if self.heavy {
-            return Verdict::HeavyTail;
-        }
-        let is_narrow = half <= WIDEST;
-        if !is_narrow {
-            Verdict::Insufficient(format!("the interval of the rate is ± {half:.3}, and must be ± {WIDEST} or less"))
-        } else if fit.p_value(fit.slope.clamp(theory.steepest, theory.flattest)) >= level {
-            Verdict::Agrees
-        } else {
-            Verdict::Differs
-        }
+        theory.verdict(self.fit.as_ref(), self.heavy, level)
     }
 
     /// The variance of one independent sample that would bring the same error at the largest count.

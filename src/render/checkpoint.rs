@@ -124,7 +124,7 @@ impl Checkpoint {
     }
 
     fn decode(reader: impl Read) -> Result<Self, Flaw> {
-        let mut reader = Checked { reader, checksum: Checksum::default() };
+        let mut reader = Checked::new(reader);
         if reader.take::<8>("mark")? != *MAGIC {
             return Err("is no checkpoint".to_string().into());
         }
@@ -156,13 +156,7 @@ impl Checkpoint {
             }
             pixels.push(pixel);
         }
-        let expected = reader.checksum.value();
-        if u64::from_le_bytes(reader.take("checksum")?) != expected {
-            return Err("its checksum is wrong: the file is damaged".to_string().into());
-        }
-        if reader.reader.read(&mut [0]).map_err(Flaw::Io)? > 0 {
-            return Err("it goes on after its end".to_string().into());
-        }
+        reader.finish()?;
         let film =
             Film::from_pixels(width, height, pixels).ok_or_else(|| "its pixels do not fit its size".to_string())?;
         Ok(Self { film: film.with_batches(batch), provenance })
@@ -207,8 +201,10 @@ fn pixel(bytes: &[u8; PIXEL_BYTES]) -> Pixel {
 }
 
 /// What is wrong, before the file has a name.
-enum Flaw {
+pub(crate) enum Flaw {
+    /// It cannot be read.
     Io(io::Error),
+    /// Its content, in words.
     Broken(String),
 }
 
@@ -219,13 +215,30 @@ impl From<String> for Flaw {
 }
 
 /// A reader that sums up what it has read.
-struct Checked<R> {
+pub(crate) struct Checked<R> {
     reader: R,
     checksum: Checksum,
 }
 
 impl<R: Read> Checked<R> {
-    fn fill(&mut self, bytes: &mut [u8], what: &str) -> Result<(), Flaw> {
+    pub(crate) fn new(reader: R) -> Self {
+        Self { reader, checksum: Checksum::default() }
+    }
+
+    /// Reads the checksum of all that was read; nothing may come after it.
+    pub(crate) fn finish(mut self) -> Result<(), Flaw> {
+        let expected = self.checksum.value();
+        if u64::from_le_bytes(self.take("checksum")?) != expected {
+            return Err("its checksum is wrong: the file is damaged".to_string().into());
+        }
+        if self.reader.read(&mut [0]).map_err(Flaw::Io)? > 0 {
+            return Err("it goes on after its end".to_string().into());
+        }
+        Ok(())
+    }
+
+    /// Fills `bytes` with what comes next; `what` it is stands in the error of a file that ends before.
+    pub(crate) fn fill(&mut self, bytes: &mut [u8], what: &str) -> Result<(), Flaw> {
         self.reader.read_exact(bytes).map_err(|error| match error.kind() {
             io::ErrorKind::UnexpectedEof => Flaw::Broken(format!("it ends before its {what}")),
             _ => Flaw::Io(error),
@@ -234,7 +247,8 @@ impl<R: Read> Checked<R> {
         Ok(())
     }
 
-    fn take<const N: usize>(&mut self, what: &str) -> Result<[u8; N], Flaw> {
+    /// The next bytes.
+    pub(crate) fn take<const N: usize>(&mut self, what: &str) -> Result<[u8; N], Flaw> {
         let mut bytes = [0; N];
         self.fill(&mut bytes, what)?;
         Ok(bytes)
@@ -242,7 +256,7 @@ impl<R: Read> Checked<R> {
 }
 
 /// FNV-1a over words of eight bytes: finds damage, not malice.
-struct Checksum {
+pub(crate) struct Checksum {
     hash: u64,
     word: [u8; 8],
     filled: usize,
@@ -255,7 +269,7 @@ impl Default for Checksum {
 }
 
 impl Checksum {
-    fn add(&mut self, bytes: &[u8]) {
+    pub(crate) fn add(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.word[self.filled] = byte;
             self.filled += 1;
@@ -270,7 +284,7 @@ impl Checksum {
         (self.hash ^ u64::from_le_bytes(self.word)).wrapping_mul(0x0000_0100_0000_01b3)
     }
 
-    fn value(&self) -> u64 {
+    pub(crate) fn value(&self) -> u64 {
         if self.filled > 0 { self.mixed() } else { self.hash }
     }
 }

@@ -6,7 +6,7 @@ use anyhow::bail;
 
 use super::Out;
 use crate::cli::args::{draws, seed};
-use crate::cli::scene_source::{self, SceneArgs};
+use crate::cli::scene_source::SceneOptions;
 use crate::converge::first_split::{Fit, Floor, Law, Pixel, Point};
 use crate::converge::roulette::Furnace;
 use crate::converge::variance::variance_std_err;
@@ -82,7 +82,7 @@ pub(super) fn first_split(args: &FirstSplit, out: &mut dyn Write) -> anyhow::Res
             None => bail!("first-split: the light is not there"),
         },
         Some(name) => {
-            let loaded = scene_source::load(&SceneArgs::named(name))?;
+            let loaded = SceneOptions::default().load(name)?;
             let [width, height] = args.size;
             let at = args.pixel.unwrap_or([width / 2, height / 2]);
             if at[0] >= width || at[1] >= height {

@@ -106,14 +106,14 @@ impl From<StrategyArg> for Strategy {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounces(pub(super) Option<u32>);
+pub(in crate::cli) struct Bounces(pub(in crate::cli) Option<u32>);
 
 fn exposure(text: &str) -> Result<f64, String> {
     let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0);
     stops.ok_or_else(|| "allowed is a number of stops from -100 to 100".into())
 }
 
-fn size(text: &str) -> Result<(usize, usize), String> {
+pub(in crate::cli) fn size(text: &str) -> Result<(usize, usize), String> {
     let pair = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     pair.filter(|&(w, h)| (1..=65536).contains(&w) && (1..=65536).contains(&h))
         .ok_or_else(|| "allowed is WxH, each from 1 to 65536".into())
@@ -124,7 +124,7 @@ fn samples(text: &str) -> Result<u64, String> {
     n.ok_or_else(|| format!("allowed is a whole number from 1 to {MOST_SAMPLES}"))
 }
 
-fn bounces(text: &str) -> Result<Bounces, String> {
+pub(in crate::cli) fn bounces(text: &str) -> Result<Bounces, String> {
     match text {
         "inf" => Ok(Bounces(None)),
         _ => text.parse().map(|r| Bounces(Some(r))).map_err(|_| "allowed is a whole number ≥ 0, or inf".into()),
@@ -149,7 +149,7 @@ fn sampler(text: &str) -> Result<SamplerKind, String> {
         .ok_or_else(|| format!("there is no such sampler; {}", nearest_name(text, known.iter().map(|(name, _)| *name))))
 }
 
-fn filter(text: &str) -> Result<Filter, String> {
+pub(in crate::cli) fn filter(text: &str) -> Result<Filter, String> {
     text.parse().map_err(|error: crate::sampling::filter::FilterError| error.to_string())
 }
 

@@ -3,15 +3,14 @@
 mod args;
 mod output;
 
-use std::io::{self, IsTerminal, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::io::{self, Write};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, anyhow, bail};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 
-use super::{Status, scene_source};
+use super::{Status, progress};
 use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
 use crate::render::path::{PathTracer, Strategy};
@@ -20,9 +19,8 @@ use crate::render::provenance::{Provenance, Run};
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
-pub(super) use args::{HELP, RenderArgs};
+pub(super) use args::{Bounces, HELP, RenderArgs, bounces, filter, size};
 
-use args::Bounces;
 use output::{Outputs, Report};
 
 /// Samples per pixel where neither the command line nor the scene says how many.
@@ -45,7 +43,7 @@ pub(super) fn run(args: &RenderArgs, out: &mut dyn Write) -> anyhow::Result<Stat
 /// Loads, builds, renders and writes the images; whether it was interrupted.
 fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, bool)> {
     let start = Instant::now();
-    let loaded = scene_source::load(&args.scene)?;
+    let loaded = args.scene.load()?;
     if !args.quiet {
         loaded.warnings.iter().try_for_each(|warning| writeln!(io::stderr(), "warning: {warning}"))?;
     }
@@ -74,11 +72,8 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let how = format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler);
     let state = begin(args, &scene, &how, progressive::batch_for(args.sampler, known))?;
 
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // It fails where a handler is set already, and that one does the same.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    let bar = progress_bar(args.quiet);
+    let interrupted = progress::interruption();
+    let bar = progress::bar(args.quiet);
     let Checkpoint { mut film, mut provenance } = state;
     let mut kept = Instant::now();
     let cost = progressive::render(&job, &mut film, stop, &interrupted, &mut |film, now| {
@@ -143,23 +138,11 @@ fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
     }
 }
 
-fn progress_bar(quiet: bool) -> ProgressBar {
-    let visible = !quiet && io::stderr().is_terminal();
-    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(1000), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
-        bar.set_style(style);
-    }
-    bar
-}
-
 fn show(bar: &ProgressBar, film: &Film, now: Progress) {
     if bar.is_hidden() {
         return;
     }
     let (Progress { samples, seconds, share }, relative_error) = (now, film.relative_error());
-    bar.set_position((1000.0 * share) as u64);
-    let left = if share > 0.0 { format!("{:.0} s left", seconds * (1.0 - share) / share) } else { String::new() };
     let error = if relative_error.is_finite() { format!("{:.2} % error", 100.0 * relative_error) } else { "-".into() };
-    bar.set_message(format!("{samples} samples per pixel  {error}  {left}"));
+    progress::show(bar, &format!("{samples} samples per pixel  {error}"), seconds, 0.0, share);
 }
