@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use super::compare::{self, CompareArgs};
+use super::contact_sheet::{self, ContactSheetArgs};
 use super::converge::ConvergeArgs;
 use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
+use super::notebooks_data::{self, NotebooksDataArgs};
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::validate::Suite;
@@ -89,6 +91,12 @@ pub(super) enum Command {
     /// Merges renderings of one scene: mean, variance and count of all samples together
     #[command(after_help = merge::HELP)]
     Merge(MergeArgs),
+    /// Renders the lecture's pictures of samples and bounces as one sheet
+    #[command(after_help = contact_sheet::HELP)]
+    ContactSheet(ContactSheetArgs),
+    /// Makes the data behind the figures and notebooks again
+    #[command(after_help = notebooks_data::HELP)]
+    NotebooksData(NotebooksDataArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,

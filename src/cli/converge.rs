@@ -337,6 +337,7 @@ fn curve(row: &Row, name_sampler: bool) -> Curve {
     Curve {
         name: if name_sampler { format!("{}, {}", row.estimator.name, row.sampler) } else { row.estimator.name.into() },
         points: row.found.points.iter().map(|p| (p.n as f64, p.rmse, p.log_std_err)).collect(),
-        sigma: row.estimator.sigma.filter(|_| row.found.sampler == SamplerKind::Independent),
+        // A logarithmic axis has no place for 0.
+        sigma: row.estimator.sigma.filter(|&sigma| sigma > 0.0 && row.found.sampler == SamplerKind::Independent),
     }
 }

@@ -1,29 +1,56 @@
-//! The directional albedo of a model as a target.
+//! The directional albedo of a model as a target, with the standard deviations of its estimators where all light is reflected.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::spread::{Terms, one_way, sigma, two_ways};
 use super::{Draw, Estimator, Target};
 use crate::bsdf::{Bsdf, Density, Lobes};
-use crate::integrate::{Hemisphere, Side};
+use crate::integrate::{Hemisphere, Side, hints};
 use crate::render::path::Heuristic;
 use crate::sampling::sampler::Sampler;
-use crate::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
+
+/// The tolerance of a variance: the smallest that matters, of a sharp lobe drawn by itself, is near 1e-6.
+const VARIANCE_TOL: f64 = 1e-10;
 
 /// The albedo of `bsdf` for light towards `wo`, all channels' mean, from the certified integrator. Models with Dirac lobes
 /// have the estimator `bsdf` alone: no other finds such a lobe.
 pub fn albedo<'a>(name: &str, bsdf: &'a dyn Bsdf, wo: DVec3) -> Target<'a> {
     let exact = Hemisphere::default().albedo(bsdf, Side::Eye, wo);
-    let estimator = |name, draw| Estimator { name, draw, sigma: None };
-    let mut estimators = vec![estimator("bsdf", own(bsdf, wo))];
+    let mut estimators = vec![Estimator { name: "bsdf", draw: own(bsdf, wo), sigma: None }];
     if !bsdf.lobes().contains(Lobes::DIRAC) {
-        estimators.push(estimator("cosine", cosine(bsdf, wo)));
-        estimators.push(estimator("uniform", uniform(bsdf, wo)));
-        estimators.push(estimator("balance", both(bsdf, wo, Heuristic::Balance)));
-        estimators.push(estimator("power", both(bsdf, wo, Heuristic::Power)));
+        estimators.extend([
+            Estimator { name: "cosine", draw: cosine(bsdf, wo), sigma: None },
+            Estimator { name: "uniform", draw: uniform(bsdf, wo), sigma: None },
+            Estimator { name: "balance", draw: both(bsdf, wo, Heuristic::Balance), sigma: None },
+            Estimator { name: "power", draw: both(bsdf, wo, Heuristic::Power), sigma: None },
+        ]);
+        for estimator in &mut estimators {
+            estimator.sigma = spread(estimator.name, bsdf, wo);
+        }
     }
     Target { name: name.into(), exact: exact.value.mean(), error: exact.error, estimators }
+}
+
+/// The standard deviation of one sample by quadrature; None where light is transmitted, or the integrals are not resolved.
+fn spread(estimator: &str, bsdf: &dyn Bsdf, wo: DVec3) -> Option<f64> {
+    if sides(bsdf) > 1.0 || wo.z <= 0.0 {
+        return None;
+    }
+    let terms = |wi: DVec3| -> Terms {
+        let g = f_cos(bsdf, wo, wi);
+        match estimator {
+            "uniform" => one_way(g, uniform_hemisphere_pdf(wi)),
+            "cosine" => one_way(g, cosine_hemisphere_pdf(wi)),
+            "bsdf" => one_way(g, bsdf.pdf(wo, wi)),
+            "balance" => two_ways(Heuristic::Balance, g, cosine_hemisphere_pdf(wi), bsdf.pdf(wo, wi)),
+            _ => two_ways(Heuristic::Power, g, cosine_hemisphere_pdf(wi), bsdf.pdf(wo, wi)),
+        }
+    };
+    let integral = Hemisphere { tol: VARIANCE_TOL, ..Hemisphere::default() }.integrate(wo, &hints(bsdf, wo), &terms);
+    integral.resolved.then(|| sigma(integral.value, integral.error))
 }
 
 /// f |cos|, all channels' mean.

@@ -4,7 +4,10 @@
 //! many times for each N, fits the rate at which their error falls, and compares it with what theory says of the points.
 
 pub mod albedo;
+pub mod highlight;
 pub mod irradiance;
+mod spread;
+pub mod square;
 pub mod study;
 
 use std::fmt;

@@ -45,9 +45,9 @@ pub(super) fn run(args: &RenderArgs, out: &mut dyn Write) -> anyhow::Result<Stat
 /// Loads, builds, renders and writes the images; whether it was interrupted.
 fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, bool)> {
     let start = Instant::now();
-    let loaded = scene_source::load(&args.scene)?;
+    let loaded = args.scene.load()?;
     if !args.quiet {
-        loaded.warnings.iter().try_for_each(|warning| writeln!(io::stderr(), "warning: {warning}"))?;
+        scene_source::warn(&loaded)?;
     }
     let load = start.elapsed().as_secs_f64();
     let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
@@ -67,10 +67,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let grid = if args.sampler == SamplerKind::Jittered { format!(" for {planned} samples") } else { String::new() };
     let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler))?;
 
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // It fails where a handler is set already, and that one does the same.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let interrupted = interruption();
     let bar = progress_bar(args.quiet);
     let Checkpoint { mut film, mut provenance } = state;
     let mut kept = Instant::now();
@@ -136,7 +133,17 @@ fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
     }
 }
 
-fn progress_bar(quiet: bool) -> ProgressBar {
+/// What Ctrl-C sets.
+pub(super) fn interruption() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // It fails where a handler is set already, and that one does the same.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    interrupted
+}
+
+/// A bar of a thousand steps on standard error, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool) -> ProgressBar {
     let visible = !quiet && io::stderr().is_terminal();
     let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(1000), target);
