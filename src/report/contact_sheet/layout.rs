@@ -38,7 +38,7 @@ pub fn draw(name: &str, shots: &Shots, settings: &Settings) -> Result<Vec<u8>, I
     let line = (1.7 * em).ceil() as usize;
     let inner = COLUMNS * width + (COLUMNS - 1) * GAP;
     let head = 3 * line;
-    let total = 2 * MARGIN + head + 2 * (height + 2 * line) + large_height + line;
+    let total = 2 * MARGIN + head + 2 * (height + line + line / 2) + large_height + line;
     let mut sheet = Sheet { raster: Raster::new(inner + 2 * MARGIN, total, PAPER), em, gain: settings.exposure.exp2() };
 
     sheet.write(name, MARGIN, MARGIN, 1.5 * em, INK, inner);
@@ -60,7 +60,7 @@ pub fn draw(name: &str, shots: &Shots, settings: &Settings) -> Result<Vec<u8>, I
                 sheet.write(&caption(samples, bounces), MARGIN + column * (width + GAP), top + height, em, INK, width);
             }
         }
-        top += height + 2 * line;
+        top += height + line + line / 2;
     }
     let [fewer, more] = &shots.large;
     let (difference, scale) = difference(fewer, more, sheet.gain);

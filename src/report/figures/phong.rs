@@ -56,12 +56,13 @@ const ONSET_COLUMNS: &[(&str, &str)] = &[
 const EXPONENTS: [f64; 4] = [1.0, 10.0, 100.0, 1000.0];
 const NORMS: [(&str, PhongNorm); 3] =
     [("none", PhongNorm::None), ("n+1", PhongNorm::DensityNPlus1), ("n+2", PhongNorm::AlbedoNPlus2)];
-const THETAS_DEG: [f64; 15] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 87.0, 88.0, 89.0, 89.5];
+const THETAS_DEG: [f64; 17] =
+    [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 82.5, 85.0, 86.0, 87.0, 88.0, 89.0, 89.5];
 /// The tolerance of the quadrature.
-const TOL: f64 = 1e-7;
+const TOL: f64 = 1e-6;
 /// Evaluations for one of its values: next to grazing, what is left of a lobe is a sliver, and its last digits are not worth
 /// the minutes.
-const MOST_EVALS: u64 = 200_000;
+const MOST_EVALS: u64 = 50_000;
 
 /// One value of a directional albedo.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,7 +133,7 @@ impl Albedo {
             Side::Light => "light",
         };
         // One digit more than the tolerance allows.
-        let decimals = |x: f64| format!("{x:.8}");
+        let decimals = |x: f64| format!("{x:.7}");
         vec![
             self.n.to_string(),
             norm.into(),
