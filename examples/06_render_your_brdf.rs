@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lights: vec![Light::Constant { radiance: Rgb::WHITE }],
     })?;
     let tracer = PathTracer { bounces: Some(1), ..PathTracer::default() };
-    let sampler = SamplerKind::Independent.sampler(1, 256);
+    let sampler = SamplerKind::Independent.sampler(1, 256, 1);
     let job = Job { scene: &scene, radiance: &tracer, filter: &Filter::BOX, sampler: &sampler };
     let mut film = Film::new(64, 64);
     render(&job, &mut film, Stop::Samples(256), &AtomicBool::new(false), &mut |_, _| {});

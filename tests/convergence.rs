@@ -135,12 +135,13 @@ fn points_converge_as_theory_says_and_not_as_something_else() {
     // Below an oblique line that leaves the square on its sides: .3 + .6 / 2 of it.
     let edge: (fn(DVec2) -> f64, f64) = (|p| f64::from(u8::from(p.y < 0.3 + 0.6 * p.x)), 0.6);
     // The rates and tolerances of independent and jittered points, and of Sobol's at the edge, are those of independent
-    // measurements; jittered points are best at squares. For smooth integrands in two dimensions the error of scrambled nets
+    // measurements, those of multi-jittered points are of theory; both are best at squares. For smooth integrands in two dimensions the error of scrambled nets
     // is N^(-3/2), times √ln N at most: over this range that is .076 of the exponent. Four standard errors are allowed.
     let log = 0.5 * (16_384_f64.ln() / 64_f64.ln()).ln() / (16_384_f64 / 64.0).ln();
     for (i, (kind, base, rates, tolerances)) in [
         (SamplerKind::Independent, 2, [(-0.5, -0.5), (-0.5, -0.5)], [0.03, 0.03]),
         (SamplerKind::Jittered, 4, [(-0.99, -0.99), (-0.78, -0.78)], [0.05, 0.05]),
+        (SamplerKind::MultiJittered, 4, [(-1.0, -1.0), (-0.75, -0.75)], [0.05, 0.05]),
         (SamplerKind::Sobol, 2, [(-1.5, -1.5 + log), (-0.74, -0.74)], [0.033, 0.06]),
     ]
     .into_iter()

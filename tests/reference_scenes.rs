@@ -44,7 +44,7 @@ fn image(scene: &Scene, tracer: &PathTracer, samples: u64) -> Film {
 }
 
 fn image_through(filter: &Filter, scene: &Scene, tracer: &PathTracer, samples: u64) -> Film {
-    let job = Job { scene, radiance: tracer, filter, sampler: &SamplerKind::Independent.sampler(1, samples) };
+    let job = Job { scene, radiance: tracer, filter, sampler: &SamplerKind::Independent.sampler(1, samples, 1) };
     let mut film = Film::new(scene.film().width, scene.film().height);
     render(&job, &mut film, Stop::Samples(samples), &AtomicBool::new(false), &mut |_, _| {});
     assert_eq!(film.nonfinite(), 0);

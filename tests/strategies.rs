@@ -25,7 +25,7 @@ fn image(scene: &Scene, tracer: &PathTracer, samples: u64, seed: u64) -> Film {
 }
 
 fn image_by(kind: SamplerKind, scene: &Scene, tracer: &PathTracer, samples: u64, seed: u64) -> Film {
-    let job = Job { scene, radiance: tracer, filter: &Filter::BOX, sampler: &kind.sampler(seed, samples) };
+    let job = Job { scene, radiance: tracer, filter: &Filter::BOX, sampler: &kind.sampler(seed, samples, SIZE as u64) };
     let mut film = Film::new(SIZE, SIZE);
     render(&job, &mut film, Stop::Samples(samples), &AtomicBool::new(false), &mut |_, _| {});
     film

@@ -96,7 +96,11 @@ impl Theory {
         match sampler {
             SamplerKind::Independent => Self { steepest: -0.5, flattest: -0.5 },
             SamplerKind::Jittered => Self { steepest: -1.0, flattest: -0.5 },
-            SamplerKind::Sobol => Self { steepest: f64::NEG_INFINITY, flattest: -0.5 },
+            // What is a sum of functions of one dimension each has the rate of jittered points on a line.
+            SamplerKind::MultiJittered => Self { steepest: -1.5, flattest: -0.5 },
+            SamplerKind::Halton | SamplerKind::Lattice | SamplerKind::Sobol | SamplerKind::BlueSobol => {
+                Self { steepest: f64::NEG_INFINITY, flattest: -0.5 }
+            }
         }
     }
 }
@@ -155,7 +159,7 @@ impl Study {
 
 /// The values of one mean of `n` samples.
 fn mean(sampler: SamplerKind, estimator: &Estimator, n: u64, seed: u64) -> Moments {
-    let mut sampler = sampler.sampler(seed, n);
+    let mut sampler = sampler.sampler(seed, n, 1);
     let mut moments = Moments::default();
     for sample in 0..n {
         sampler.begin(0, sample);

@@ -78,7 +78,7 @@ impl Probe {
         };
         samples.clone().step_by(WAVE).flat_map(move |first| {
             let mut wave: Vec<_> = (first..samples.end.min(first + WAVE as u64)).map(ask).collect();
-            tracer.radiances(scene, &mut wave);
+            tracer.radiances(scene, wave.as_mut_slice().into());
             wave.into_iter().map(|sample| sample.radiance)
         })
     }

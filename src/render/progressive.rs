@@ -10,9 +10,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::film::{Film, Pixel};
-use super::{Radiance, Sample, WAVE};
+use super::{Radiance, Sample, Samples, WAVE};
 use crate::sampling::filter::Filter;
-use crate::sampling::sampler::{AnySampler, Independent, Sampler};
+use crate::sampling::sampler::{AnySampler, Sampler};
 use crate::scene::{Ray, Scene, rays};
 
 /// Pixels that one thread works on at a time.
@@ -156,19 +156,24 @@ impl Job<'_> {
     /// Brings the pixels, the first of which has this number, up to `target` samples.
     fn raise_pixels(&self, first: usize, width: usize, pixels: &mut [Pixel], target: u64) {
         match self.sampler {
-            AnySampler::Independent(sampler) => self.raise_in_waves(sampler, first, width, pixels, target),
-            dependent => self.raise_one_by_one(dependent.clone(), first, width, pixels, target),
+            AnySampler::Independent(sampler) => self.raise_by(sampler, first, width, pixels, target),
+            AnySampler::Sobol(sampler) => self.raise_by(sampler, first, width, pixels, target),
+            any => self.raise_by(any, first, width, pixels, target),
         }
     }
 
     /// Many samples at once, in the order of their numbers.
-    fn raise_in_waves(&self, sampler: &Independent, first: usize, width: usize, pixels: &mut [Pixel], target: u64) {
+    fn raise_by<S: Sampler + Clone>(&self, sampler: &S, first: usize, width: usize, pixels: &mut [Pixel], target: u64)
+    where
+        for<'s> Samples<'s>: From<&'s mut [Sample<S>]>,
+    {
         let mut wave = Vec::with_capacity(WAVE);
         let mut places = Vec::with_capacity(WAVE);
         for i in 0..pixels.len() {
             for number in drawn(&pixels[i])..target {
                 let pixel = first + i;
-                let mut sampler = sampler.of(pixel as u64, number);
+                let mut sampler = sampler.clone();
+                sampler.begin(pixel as u64, number);
                 let (ray, weight) = self.camera_ray(pixel, width, &mut sampler);
                 wave.push(Sample::new(ray, sampler));
                 places.push((i, weight));
@@ -180,24 +185,6 @@ impl Job<'_> {
         self.develop(&mut wave, &mut places, pixels);
     }
 
-    /// One sample after the other: an algorithm takes only independent samples in waves.
-    fn raise_one_by_one(
-        &self,
-        mut sampler: impl Sampler,
-        first: usize,
-        width: usize,
-        pixels: &mut [Pixel],
-        target: u64,
-    ) {
-        for (i, pixel) in pixels.iter_mut().enumerate() {
-            for number in drawn(pixel)..target {
-                sampler.begin((first + i) as u64, number);
-                let (ray, weight) = self.camera_ray(first + i, width, &mut sampler);
-                pixel.add(self.radiance.radiance(self.scene, ray, &mut sampler) * weight);
-            }
-        }
-    }
-
     /// The ray of a sample of a pixel, and the weight that the filter gives it.
     fn camera_ray(&self, pixel: usize, width: usize, sampler: &mut impl Sampler) -> (Ray, f64) {
         let (offset, weight) = self.filter.sample(sampler.next_2d());
@@ -207,8 +194,11 @@ impl Job<'_> {
     }
 
     /// Traces the samples and adds each to the pixel of its place.
-    fn develop(&self, wave: &mut Vec<Sample>, places: &mut Vec<(usize, f64)>, pixels: &mut [Pixel]) {
-        self.radiance.radiances(self.scene, wave);
+    fn develop<S>(&self, wave: &mut Vec<Sample<S>>, places: &mut Vec<(usize, f64)>, pixels: &mut [Pixel])
+    where
+        for<'s> Samples<'s>: From<&'s mut [Sample<S>]>,
+    {
+        self.radiance.radiances(self.scene, wave.as_mut_slice().into());
         for (sample, (pixel, weight)) in wave.drain(..).zip(places.drain(..)) {
             pixels[pixel].add(sample.radiance * weight);
         }
@@ -247,7 +237,7 @@ mod tests {
 
     fn rendered(kind: SamplerKind, threads: usize, targets: &[u64]) -> Film {
         let (scene, filter) = (sky(), Filter::BOX);
-        let job = Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &kind.sampler(7, 40) };
+        let job = Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &kind.sampler(7, 40, 23) };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut film = Film::new(23, 11);
         for &target in targets {
@@ -275,8 +265,12 @@ mod tests {
     #[test]
     fn an_interrupted_rendering_goes_on_where_it_was() {
         let (scene, filter) = (sky(), Filter::BOX);
-        let job =
-            Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &SamplerKind::Independent.sampler(7, 40) };
+        let job = Job {
+            scene: &scene,
+            radiance: &Noise,
+            filter: &filter,
+            sampler: &SamplerKind::Independent.sampler(7, 40, 23),
+        };
         let (mut film, interrupted) = (Film::new(23, 11), AtomicBool::new(false));
         render(&job, &mut film, Stop::Samples(40), &interrupted, &mut |_, p| {
             interrupted.store(p.samples >= 5, Ordering::Relaxed);
@@ -289,8 +283,12 @@ mod tests {
     #[test]
     fn the_error_asked_for_is_reached_and_not_much_more_is_done() {
         let (scene, filter) = (sky(), Filter::BOX);
-        let job =
-            Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &SamplerKind::Independent.sampler(7, 40) };
+        let job = Job {
+            scene: &scene,
+            radiance: &Noise,
+            filter: &filter,
+            sampler: &SamplerKind::Independent.sampler(7, 40, 23),
+        };
         let mut film = Film::new(23, 11);
         render(&job, &mut film, Stop::RelativeError(0.02), &AtomicBool::new(false), &mut |_, _| {});
         // The standard deviation is about .28 in two of three channels, the mean .8: 80 to 100 samples; passes double.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::DVec2;
 
-use super::points::{Jittered, Sobol};
+use super::points::{Halton, Jittered, Lattice, Sobol};
 use super::stream::{Stream, Uniforms, stream, uniform};
 
 /// A source of uniform numbers in [0, 1) for the dimensions of one sample of one pixel after the other.
@@ -46,13 +46,6 @@ impl Independent {
     pub fn at(seed: u64, pixel: u64, sample: u64) -> Self {
         Self { seed, rng: stream(seed, pixel, sample) }
     }
-
-    /// The sampler of the same seed, at this sample of this pixel.
-    #[inline]
-    #[must_use]
-    pub fn of(&self, pixel: u64, sample: u64) -> Self {
-        Self::at(self.seed, pixel, sample)
-    }
 }
 
 impl Sampler for Independent {
@@ -75,21 +68,91 @@ pub enum SamplerKind {
     Independent,
     /// [`Jittered`].
     Jittered,
+    /// [`Jittered::multi`].
+    MultiJittered,
+    /// [`Halton`].
+    Halton,
+    /// [`Lattice`].
+    Lattice,
     /// [`Sobol`].
     Sobol,
+    /// [`Sobol::over_pixels`].
+    BlueSobol,
+}
+
+/// Numbers of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counts {
+    /// All.
+    Any,
+    /// 1, 4, 9, …
+    Squares,
+    /// 1, 2, 4, …
+    PowersOfTwo,
+}
+
+impl Counts {
+    /// Whether this is one of them.
+    pub fn contains(self, samples: u64) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Squares => samples.isqrt().pow(2) == samples,
+            Self::PowersOfTwo => samples.is_power_of_two(),
+        }
+    }
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Any => "any number",
+            Self::Squares => "squares",
+            Self::PowersOfTwo => "powers of two",
+        })
+    }
 }
 
 impl SamplerKind {
     /// All, with their names.
-    pub const ALL: &[(&str, Self)] =
-        &[("independent", Self::Independent), ("jittered", Self::Jittered), ("sobol", Self::Sobol)];
+    pub const ALL: &[(&str, Self)] = &[
+        ("independent", Self::Independent),
+        ("jittered", Self::Jittered),
+        ("multi-jittered", Self::MultiJittered),
+        ("halton", Self::Halton),
+        ("lattice", Self::Lattice),
+        ("sobol", Self::Sobol),
+        ("blue-sobol", Self::BlueSobol),
+    ];
 
-    /// The sampler of this seed, for so many samples of a pixel.
-    pub fn sampler(self, seed: u64, samples: u64) -> AnySampler {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(name, _)| name)
+    }
+
+    /// Whether samples of one pixel know of each other, so that their spread says little of the error of their mean.
+    pub fn is_dependent(self) -> bool {
+        self != Self::Independent
+    }
+
+    /// The numbers of samples with which it is at its best.
+    pub fn good_counts(self) -> Counts {
+        match self {
+            Self::Independent | Self::Halton | Self::Lattice => Counts::Any,
+            Self::Jittered | Self::MultiJittered => Counts::Squares,
+            Self::Sobol | Self::BlueSobol => Counts::PowersOfTwo,
+        }
+    }
+
+    /// The sampler of this seed, for so many samples of a pixel, and so many pixels in a row.
+    pub fn sampler(self, seed: u64, samples: u64, width: u64) -> AnySampler {
         match self {
             Self::Independent => AnySampler::Independent(Independent::new(seed)),
             Self::Jittered => AnySampler::Jittered(Jittered::new(seed, samples)),
+            Self::MultiJittered => AnySampler::Jittered(Jittered::multi(seed, samples)),
+            Self::Halton => AnySampler::Halton(Halton::new(seed, samples)),
+            Self::Lattice => AnySampler::Lattice(Lattice::new(seed, samples)),
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),
+            Self::BlueSobol => AnySampler::Sobol(Sobol::over_pixels(seed, samples, width)),
         }
     }
 }
@@ -101,36 +164,41 @@ pub enum AnySampler {
     Independent(Independent),
     /// A grid.
     Jittered(Jittered),
+    /// A sequence in many bases.
+    Halton(Halton),
+    /// A lattice.
+    Lattice(Lattice),
     /// A scrambled net.
     Sobol(Sobol),
+}
+
+/// The same call to the sampler that it is.
+macro_rules! of_any {
+    ($any:expr, $sampler:ident => $call:expr) => {
+        match $any {
+            AnySampler::Independent($sampler) => $call,
+            AnySampler::Jittered($sampler) => $call,
+            AnySampler::Halton($sampler) => $call,
+            AnySampler::Lattice($sampler) => $call,
+            AnySampler::Sobol($sampler) => $call,
+        }
+    };
 }
 
 impl Sampler for AnySampler {
     #[inline]
     fn begin(&mut self, pixel: u64, sample: u64) {
-        match self {
-            Self::Independent(sampler) => sampler.begin(pixel, sample),
-            Self::Jittered(sampler) => sampler.begin(pixel, sample),
-            Self::Sobol(sampler) => sampler.begin(pixel, sample),
-        }
+        of_any!(self, sampler => sampler.begin(pixel, sample));
     }
 
     #[inline]
     fn next_1d(&mut self) -> f64 {
-        match self {
-            Self::Independent(sampler) => sampler.next_1d(),
-            Self::Jittered(sampler) => sampler.next_1d(),
-            Self::Sobol(sampler) => sampler.next_1d(),
-        }
+        of_any!(self, sampler => sampler.next_1d())
     }
 
     #[inline]
     fn next_2d(&mut self) -> DVec2 {
-        match self {
-            Self::Independent(sampler) => sampler.next_2d(),
-            Self::Jittered(sampler) => sampler.next_2d(),
-            Self::Sobol(sampler) => sampler.next_2d(),
-        }
+        of_any!(self, sampler => sampler.next_2d())
     }
 }
 

@@ -63,8 +63,13 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
         Stop::Samples(samples) => samples,
         Stop::Seconds(_) | Stop::RelativeError(_) => DEFAULT_SAMPLES.into(),
     };
-    let job = Job { scene: &scene, radiance: &tracer, filter, sampler: &args.sampler.sampler(args.seed, planned) };
-    let grid = if args.sampler == SamplerKind::Jittered { format!(" for {planned} samples") } else { String::new() };
+    let sampler = args.sampler.sampler(args.seed, planned, scene.film().width as u64);
+    let job = Job { scene: &scene, radiance: &tracer, filter, sampler: &sampler };
+    // The others go on with the same points, however many there are to be.
+    let grid = match args.sampler {
+        SamplerKind::Independent | SamplerKind::Sobol => String::new(),
+        _ => format!(" for {planned} samples"),
+    };
     let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler))?;
 
     let interrupted = interruption();

@@ -23,7 +23,7 @@ mod wave;
 
 pub use roulette::Roulette;
 
-use super::{Radiance, Sample};
+use super::{Radiance, Sample, Samples};
 use crate::math::color::Rgb;
 use crate::sampling::sampler::Sampler;
 use crate::scene::{LightSampling, Ray, Scene};
@@ -105,6 +105,12 @@ impl PathTracer {
     fn limit(&self) -> u32 {
         self.bounces.unwrap_or(u32::MAX)
     }
+
+    fn in_waves<S: Sampler>(&self, scene: &Scene, samples: &mut [Sample<S>]) {
+        for samples in samples.chunks_mut(wave::MOST) {
+            scene.accelerate(Wave { tracer: self, scene, samples });
+        }
+    }
 }
 
 impl Radiance for PathTracer {
@@ -120,9 +126,11 @@ impl Radiance for PathTracer {
         }
     }
 
-    fn radiances(&self, scene: &Scene, samples: &mut [Sample]) {
-        for samples in samples.chunks_mut(wave::MOST) {
-            scene.accelerate(Wave { tracer: self, scene, samples });
+    fn radiances(&self, scene: &Scene, samples: Samples) {
+        match samples {
+            Samples::Independent(samples) => self.in_waves(scene, samples),
+            Samples::Sobol(samples) => self.in_waves(scene, samples),
+            Samples::Any(samples) => self.in_waves(scene, samples),
         }
     }
 }
@@ -132,7 +140,8 @@ mod tests {
     use super::*;
     use crate::math::sum::Moments;
     use crate::sampling::filter::Filter;
-    use crate::sampling::sampler::Independent;
+    use crate::sampling::points::Sobol;
+    use crate::sampling::sampler::{Independent, SamplerKind};
     use crate::scene::builtin::builtin;
     use crate::scene::{Camera, FilmSettings, Geometry, Material, RenderSettings, SceneDescription, Shape};
     use glam::{DAffine3, DQuat, DVec2, DVec3};
@@ -255,24 +264,37 @@ mod tests {
             }
         }
     }
+
+    /// Radiances of samples in waves, full ones and one that is not, and of each path alone.
+    fn in_waves_and_alone<S: Sampler + Clone>(tracer: &PathTracer, scene: &Scene, sampler: &S) -> (Vec<Rgb>, Vec<Rgb>)
+    where
+        for<'a> Samples<'a>: From<&'a mut [Sample<S>]>,
+    {
+        let sample = |number: usize| {
+            let mut sampler = sampler.clone();
+            sampler.begin(0, number as u64);
+            Sample::new(scene.camera_ray(512.0 * sampler.next_2d(), DVec2::ZERO), sampler)
+        };
+        let mut samples: Vec<Sample<S>> = (0..2 * wave::MOST + 5).map(sample).collect();
+        let alone = samples.clone().iter_mut().map(|s| tracer.radiance(scene, s.ray, &mut s.sampler)).collect();
+        tracer.radiances(scene, samples.as_mut_slice().into());
+        (samples.iter().map(|s| s.radiance).collect(), alone)
+    }
+
     #[test]
     fn a_wave_has_the_bits_of_each_path_alone() {
         let scene = Scene::new(builtin("cornell-original", &[]).unwrap().unwrap()).unwrap();
         for strategy in [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect] {
             for (first_split, bounces) in [(1, None), (3, Some(4))] {
                 let tracer = PathTracer { strategy, bounces, first_split, ..PathTracer::default() };
-                let sample = |number: usize| {
-                    let mut sampler = Independent::new(5);
-                    sampler.begin(0, number as u64);
-                    Sample::new(scene.camera_ray(512.0 * sampler.next_2d(), DVec2::ZERO), sampler)
-                };
-                // Waves that are full, and one that is not.
-                let mut samples: Vec<Sample> = (0..2 * wave::MOST + 5).map(sample).collect();
-                let alone: Vec<Rgb> =
-                    samples.clone().iter_mut().map(|s| tracer.radiance(&scene, s.ray, &mut s.sampler)).collect();
-                tracer.radiances(&scene, &mut samples);
-                assert!(samples.iter().map(|s| s.radiance).eq(alone), "{tracer:?}");
-                assert!(samples.iter().any(|s| !s.radiance.is_black()));
+                for (waves, alone) in [
+                    in_waves_and_alone(&tracer, &scene, &Independent::new(5)),
+                    in_waves_and_alone(&tracer, &scene, &Sobol::new(5)),
+                    in_waves_and_alone(&tracer, &scene, &SamplerKind::Lattice.sampler(5, 200, 1)),
+                ] {
+                    assert!(waves == alone, "{tracer:?}");
+                    assert!(waves.iter().any(|radiance| !radiance.is_black()));
+                }
             }
         }
     }

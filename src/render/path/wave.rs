@@ -8,6 +8,7 @@
 use super::PathTracer;
 use super::walk::Walk;
 use crate::render::{Sample, WAVE};
+use crate::sampling::sampler::Sampler;
 use crate::scene::bvh::Work;
 use crate::scene::{Ray, Scene};
 
@@ -15,13 +16,13 @@ use crate::scene::{Ray, Scene};
 pub(super) const MOST: usize = WAVE;
 
 /// Up to [`MOST`] samples, to be traced with the best instructions of the machine.
-pub(super) struct Wave<'a> {
+pub(super) struct Wave<'a, S> {
     pub(super) tracer: &'a PathTracer,
     pub(super) scene: &'a Scene,
-    pub(super) samples: &'a mut [Sample],
+    pub(super) samples: &'a mut [Sample<S>],
 }
 
-impl Work for Wave<'_> {
+impl<S: Sampler> Work for Wave<'_, S> {
     type Output = ();
 
     #[inline(always)]

@@ -4,17 +4,24 @@
 //! |---|---|---|
 //! | `independent` | any | N^(−1/2), N^(−1/2) |
 //! | `jittered` | squares | N^(−1), N^(−3/4) |
+//! | `multi-jittered` | squares | N^(−1), N^(−3/4) |
+//! | `halton` | any; 2^i 3^k above all | N^(−1) to N^(−3/2), N^(−3/4) |
+//! | `lattice` | Fibonacci's; any | N^(−1), N^(−3/4) |
 //! | `sobol` | powers of two | N^(−3/2), N^(−3/4) |
+//! | `blue-sobol` | powers of two | as `sobol`, and neighbouring pixels cancel each other's errors |
 //!
-//! Rates are those of two dimensions. Every value alone is uniform over the seeds, so that any mean of N is unbiased. One
-//! number and one pair after the other, every dimension or pair of dimensions is stratified in itself, and independent of
-//! the others ("padded").
+//! Rates are those of two dimensions. Every value alone is uniform over the seeds, so that any mean of N is unbiased. All
+//! but `halton` are padded: every dimension or pair of dimensions is stratified in itself, and independent of the others.
 
+mod halton;
 mod hash;
 mod jittered;
+mod lattice;
 mod sobol;
 
+pub use halton::Halton;
 pub use jittered::Jittered;
+pub use lattice::Lattice;
 pub use sobol::Sobol;
 
 #[cfg(test)]

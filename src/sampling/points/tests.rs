@@ -3,13 +3,17 @@
 use glam::DVec2;
 
 use super::hash::{mix, scramble};
-use super::{Jittered, Sobol};
+use super::{Halton, Jittered, Lattice, Sobol};
 use crate::sampling::sampler::{Sampler, SamplerKind};
 
 /// The pairs of number `pair` of so many samples.
 fn pairs(sampler: &mut dyn Sampler, samples: u64, pair: usize) -> Vec<DVec2> {
+    pairs_of_pixel(sampler, 5, samples, pair)
+}
+
+fn pairs_of_pixel(sampler: &mut dyn Sampler, pixel: u64, samples: u64, pair: usize) -> Vec<DVec2> {
     let one = |i| {
-        sampler.begin(5, i);
+        sampler.begin(pixel, i);
         (0..pair).for_each(|_| {
             sampler.next_1d();
         });
@@ -71,7 +75,75 @@ fn jittered_points_have_a_cell_each() {
             .collect();
         assert!(is_even(&single, 100, 1, 1));
     }
-    assert!(!is_even(&pairs(&mut SamplerKind::Independent.sampler(1, 144), 144, 0), 12, 12, 1));
+    assert!(!is_even(&pairs(&mut SamplerKind::Independent.sampler(1, 144, 1), 144, 0), 12, 12, 1));
+}
+
+#[test]
+fn multi_jittered_points_have_an_interval_each_too() {
+    for seed in 0..20 {
+        for pair in 0..3 {
+            let points = pairs(&mut Jittered::multi(seed, 144), 144, pair);
+            for (columns, rows) in [(12, 12), (144, 1), (1, 144)] {
+                assert!(is_even(&points, columns, rows, 1), "seed {seed}, pair {pair}, {columns} x {rows}");
+            }
+        }
+    }
+    assert!(!is_even(&pairs(&mut Jittered::new(1, 144), 144, 0), 144, 1, 1), "plainly jittered ones have not");
+}
+
+#[test]
+fn haltons_points_are_even_in_the_powers_of_their_bases() {
+    for seed in 0..20 {
+        let points = pairs(&mut Halton::new(seed, 144), 144, 0);
+        for (columns, rows) in [(16, 9), (8, 3), (4, 9), (16, 1), (1, 9)] {
+            assert!(is_even(&points, columns, rows, 144 / (columns * rows)), "seed {seed}, {columns} x {rows}");
+        }
+        // Bases 3 and 5, and 2 and 3 again after the last.
+        assert!(is_even(&pairs(&mut Halton::new(seed, 225), 225, 1), 9, 25, 1), "seed {seed}");
+        assert!(is_even(&pairs(&mut Halton::new(seed, 144), 144, 64), 16, 9, 1), "seed {seed}");
+    }
+    assert!(!is_even(&pairs(&mut Halton::new(1, 144), 144, 1), 16, 9, 1), "other bases");
+}
+
+#[test]
+fn a_lattice_has_one_point_in_each_interval_and_keeps_its_distance() {
+    let closest = |points: &[DVec2]| {
+        let around = |d: DVec2| (d - d.round()).length();
+        let pairs = points.iter().enumerate().flat_map(|(i, p)| points[..i].iter().map(move |q| around(*p - *q)));
+        pairs.fold(f64::INFINITY, f64::min)
+    };
+    for seed in 0..20 {
+        for pair in 0..3 {
+            let points = pairs(&mut Lattice::new(seed, 89), 89, pair);
+            assert!(is_even(&points, 89, 1, 1) && is_even(&points, 1, 89, 1), "seed {seed}, pair {pair}");
+            // Fibonacci's lattice: (5, −8) and (8, 5) are its shortest vectors. 1e-9: digits of the shift.
+            assert!((closest(&points) - 89_f64.sqrt() / 89.0).abs() < 1e-9, "seed {seed}, pair {pair}");
+        }
+    }
+    assert!(closest(&pairs(&mut Sobol::new(1), 89, 0)) < 0.05, "another kind of points");
+}
+
+#[test]
+fn neighbouring_pixels_share_a_net() {
+    // Pixels of a square of 4 x 4, in an image 24 pixels wide, 16 samples each.
+    let share_nets = |sampler: &mut dyn Sampler, pair: usize| {
+        let mut of_square = |side: u64| -> Vec<DVec2> {
+            let pixels = (0..side * side).map(|i| (8 + i / side) * 24 + 20 + i % side);
+            pixels.flat_map(|pixel| pairs_of_pixel(sampler, pixel, 16, pair)).collect()
+        };
+        is_net(&of_square(1)) && is_net(&of_square(2)) && is_net(&of_square(4))
+    };
+    for seed in 0..20 {
+        for pair in 0..3 {
+            assert!(share_nets(&mut Sobol::over_pixels(seed, 16, 24), pair), "seed {seed}, pair {pair}");
+        }
+    }
+    assert!(!share_nets(&mut Sobol::new(1), 0), "each pixel for itself");
+    assert!(!share_nets(&mut Sobol::over_pixels(1, 16, 23), 0), "another width");
+    // Samples beyond those that were planned are another net.
+    let mut sampler = Sobol::over_pixels(3, 16, 24);
+    let both = pairs_of_pixel(&mut sampler, 7, 32, 0);
+    assert!(is_net(&both[..16]) && is_net(&both[16..]));
 }
 
 #[test]
@@ -89,7 +161,7 @@ fn every_value_is_uniform_over_the_seeds() {
     for &(name, kind) in SamplerKind::ALL {
         for index in [0, 3, 60] {
             let at = |seed: u64| {
-                let mut sampler = kind.sampler(seed, 61);
+                let mut sampler = kind.sampler(seed, 61, 16);
                 sampler.begin(9, index);
                 sampler
             };
