@@ -3,12 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::sync::atomic::AtomicBool;
 
 use assert_cmd::Command;
 use rayon::prelude::*;
 use serde_json::Value;
 use whitefurnace::image::Image;
+use whitefurnace::report::contact_sheet::{Settings, draw, shoot};
 use whitefurnace::report::figures::{INDEX, SETS, index};
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::builtin::builtin;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("notebooks-data")
@@ -99,28 +103,43 @@ fn notebooks_hold_no_outputs() {
     }
 }
 
-fn sheet(file: &Path, more: &[&str]) -> String {
-    let file = file.display().to_string();
-    let output = run(&[&["contact-sheet", "-o", &file, "--size", "64"], more].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("UTF-8")
+/// The bytes of a sheet of tiny pictures, on so many threads.
+fn tiny_sheet(seed: u64, threads: usize) -> Vec<u8> {
+    let scene =
+        Scene::new(builtin("cornell-original", &[]).expect("a scene").expect("its description")).expect("its trees");
+    let settings = Settings { size: (12, 10), seed, exposure: 0.0 };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    let shots = pool.install(|| shoot(scene, &settings, &AtomicBool::new(false), &mut |_| ())).expect("all pictures");
+    draw("cornell-original", &shots, &settings).expect("a sheet")
 }
 
 #[test]
 fn a_contact_sheet_has_the_same_bytes_on_any_number_of_threads() {
+    let sheet = tiny_sheet(1, 1);
+    assert!(sheet == tiny_sheet(1, 3), "the sheet depends on the number of threads");
+    assert!(sheet != tiny_sheet(2, 3), "the sheet does not depend on the seed");
+}
+
+#[test]
+fn a_contact_sheet_is_as_large_as_its_pictures_ask_for() {
     let out = tempfile::tempdir().expect("a folder");
-    let [one, three, other] = ["one.png", "three.png", "other.png"].map(|name| out.path().join(name));
-    let said = sheet(&one, &["furnace-box", "--threads", "1"]);
-    assert!(said.contains("samples") && said.contains("one.png"), "{said}");
-    assert_eq!(sheet(&three, &["furnace-box", "--threads", "3", "--quiet"]), "");
-    sheet(&other, &["furnace-box", "--seed", "2", "--quiet"]);
-    let read = |path: &Path| fs::read(path).expect("a sheet");
-    assert!(read(&one) == read(&three), "the sheet depends on the number of threads");
-    assert!(read(&one) != read(&other), "the sheet does not depend on the seed");
-    let image = Image::read(&one).expect("a PNG");
+    let path = out.path().join("sheet.png");
+    // Black walls, behind which no path goes on.
+    let output =
+        run(&["contact-sheet", "furnace-box", "--param", "rho=0", "--size", "64", "-o", &path.display().to_string()]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("samples") && said.contains("64x64") && said.contains("sheet.png"), "{said}");
+    let image = Image::read(&path).expect("a PNG");
     // Six pictures of 64 pixels, five gaps of 8, two margins of 16; two rows of 64 and one of 136 with what is written.
     assert_eq!(image.width(), 6 * 64 + 5 * 8 + 2 * 16);
     assert!((330..400).contains(&image.height()), "{}", image.height());
+    // A room that emits 1/2 everywhere and reflects nothing: 188 of 255 in sRGB, in the first picture and in the last but one.
+    for (x, y) in [(40, 90), (image.width() / 2, image.height() - 80)] {
+        assert_eq!(image.rgb(x, y), [188.0 / 255.0; 3], "{x} {y}");
+    }
+    // The difference of two pictures that are the same is black.
+    assert_eq!(image.rgb(image.width() - 40, image.height() - 80), [0.0; 3]);
 }
 
 #[test]

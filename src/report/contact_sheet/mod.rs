@@ -124,7 +124,7 @@ fn take(
     progress: &mut dyn FnMut(f64),
 ) -> Vec<Shot> {
     let most = counts.last().copied().unwrap_or(1);
-    let (tracer, sampler) = (tracer(bounces), SamplerKind::Independent.sampler(seed, most));
+    let (tracer, sampler) = (tracer(bounces), SamplerKind::Independent.sampler(seed, most, scene.film().width as u64));
     let job = Job { scene, radiance: &tracer, filter: &scene.film().filter, sampler: &sampler };
     let mut film = Film::new(scene.film().width, scene.film().height);
     let mut seconds = 0.0;

@@ -70,7 +70,7 @@ fn room() -> Scene {
 
 /// Brings `film` up to so many samples.
 fn sample(room: &Scene, film: &mut Film, reflections: Option<u32>, samples: u64, seed: u64) {
-    let (tracer, sampler) = (tracer(reflections), SamplerKind::Independent.sampler(seed, samples));
+    let (tracer, sampler) = (tracer(reflections), SamplerKind::Independent.sampler(seed, samples, SIDE as u64));
     let job = Job { scene: room, radiance: &tracer, filter: &room.film().filter, sampler: &sampler };
     render(&job, film, Stop::Samples(samples), &AtomicBool::new(false), &mut |_, _| {});
 }
