@@ -111,3 +111,48 @@ fn both(bsdf: &dyn Bsdf, wo: DVec3, by: Heuristic) -> Draw<'_> {
         by_cosine + by_model
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::{Ggx, Lambert, Phong, PhongNorm};
+
+    #[test]
+    fn spreads_are_the_closed_ones() {
+        let n = 20.0;
+        let phong = Phong::new(n, 0.0, 1.0, PhongNorm::AlbedoNPlus2).unwrap();
+        let target = albedo("", &phong, DVec3::Z);
+        let lobe = 1.0 / ((n + 1.0) * (n + 3.0));
+        for (name, exact) in
+            [("uniform", (n + 1.0).powi(2) / (2.0 * n + 3.0)), ("cosine", n * n / (4.0 * (n + 1.0))), ("bsdf", lobe)]
+        {
+            let sigma = target.estimators.iter().find(|e| e.name == name).and_then(|e| e.sigma).unwrap();
+            // The tolerance against the smallest of the three.
+            assert!((sigma * sigma / exact - 1.0).abs() < 1e-6, "{name}: {} against {exact}", sigma * sigma);
+        }
+        let lambert = Lambert::new(0.6).unwrap();
+        let spreads: Vec<_> = albedo("", &lambert, DVec3::Z).estimators.iter().map(|e| e.sigma).collect();
+        // Uniform directions: ρ²/3; all others draw what the cosine asks for.
+        assert!(spreads[2].is_some_and(|sigma| (sigma * sigma - 0.12).abs() < 1e-9));
+        assert!([0, 1, 3, 4].iter().all(|&i| spreads[i] == Some(0.0)), "{spreads:?}");
+    }
+
+    #[test]
+    fn a_pair_is_bounded_as_veach_proved() {
+        // V_balance ≤ V_any + (1/min nᵢ − 1/Σ nᵢ) μ², with one draw each.
+        for alpha in [0.1, 0.4, 1.0] {
+            let ggx = Ggx::new(alpha).unwrap();
+            let target = albedo("", &ggx, crate::math::sphere::direction_mu(0.4, 0.0));
+            let variance: Vec<f64> = target.estimators.iter().map(|e| e.sigma.unwrap().powi(2)).collect();
+            let [bsdf, cosine, _, balance, power] = variance[..] else { panic!("five estimators") };
+            let most = 0.5 * target.exact * target.exact;
+            assert!(balance <= bsdf.min(cosine).min(power) + most, "{alpha}: {variance:?}");
+        }
+    }
+
+    #[test]
+    fn where_light_goes_through_no_spread_is_stated() {
+        let glass = crate::bsdf::subject::parse("rough-dielectric:alpha=0.4,eta=1.5").unwrap();
+        assert!(albedo("", &glass, DVec3::Z).estimators.iter().all(|e| e.sigma.is_none()));
+    }
+}

@@ -142,3 +142,47 @@ impl<'a> Seen<'a> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Study;
+    use super::*;
+    use crate::bsdf::{Ggx, Lambert};
+    use crate::math::sphere::direction;
+    use crate::sampling::sampler::SamplerKind;
+
+    #[test]
+    fn a_diffuse_plate_has_its_closed_form() {
+        // E = π sin²g cosθ for a cone above the horizon, and the radiance is ρ/π of it.
+        let plate = Lambert::new(0.5).unwrap();
+        for half_angle in [1e-3_f64, 0.2, 0.6] {
+            let target = highlight("", &plate, direction(0.8, 0.3), half_angle);
+            let exact = 0.5 * half_angle.sin().powi(2) * 0.8_f64.cos();
+            // The tolerance, relative to second moments of the same size.
+            assert!((target.exact / exact - 1.0).abs() < 1e-8, "{half_angle}: {} against {exact}", target.exact);
+        }
+    }
+
+    #[test]
+    fn estimators_have_the_mean_and_the_spread_of_the_integrals() {
+        for (i, (alpha, half_angle)) in [(0.1, 0.02), (0.1, 0.2), (0.3, 0.4)].into_iter().enumerate() {
+            let plate = Ggx::new(alpha).unwrap();
+            let target = highlight("", &plate, direction(0.7, 0.0), half_angle);
+            for (k, estimator) in target.estimators.iter().enumerate() {
+                let number = (4 * i + k) as u64;
+                let study =
+                    Study { counts: vec![1024], replicates: 64, seed: 1, number, sampler: SamplerKind::Independent };
+                let found = study.run(estimator, target.exact, target.error).samples;
+                let (sigma, name) = (estimator.sigma.unwrap(), estimator.name);
+                // 12 means and 12 variances: one of them in 6000 seeds is farther out than 4.5 standard errors.
+                let z = (found.mean() - target.exact) / (sigma / (found.count() as f64).sqrt());
+                assert!(z.abs() < 4.5, "{alpha} {half_angle} {name}: mean {z}");
+                let error = ((found.excess_kurtosis() + 2.0) / found.count() as f64).sqrt();
+                let z = (found.variance() / sigma.powi(2) - 1.0) / error;
+                assert!(z.abs() < 4.5, "{alpha} {half_angle} {name}: variance {z}");
+                // A spread that is wrong by a tenth would be seen.
+                assert!(4.5 * error < 0.2, "{alpha} {half_angle} {name}: {error}");
+            }
+        }
+    }
+}

@@ -4,11 +4,14 @@
 //! many times for each N, fits the rate at which their error falls, and compares it with what theory says of the points.
 
 pub mod albedo;
+pub mod first_split;
 pub mod highlight;
 pub mod irradiance;
+pub mod roulette;
 mod spread;
 pub mod square;
 pub mod study;
+pub mod variance;
 
 use std::fmt;
 

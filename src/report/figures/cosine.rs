@@ -1,14 +1,12 @@
 //! Why directions are drawn by the cosine, and better still by the model: the variance of one sample.
 
-use rayon::prelude::*;
-
-use super::{File, KNOWN, MEASURED, SEED, Set, csv, rounded, subject, variance_std_err};
+use super::{File, KNOWN, MEASURED, SEED, Set, csv, rounded, subject};
 use crate::bsdf::{Bsdf, FnBsdf};
 use crate::converge::albedo::albedo;
+use crate::converge::variance::{moments, variance_std_err};
 use crate::converge::{Estimator, Target};
 use crate::math::sphere::direction_mu;
 use crate::math::sum::Moments;
-use crate::sampling::sampler::{Independent, Sampler};
 
 /// `cosine_sampling.csv`.
 pub const SET: Set = Set {
@@ -36,8 +34,6 @@ const COLUMNS: &[(&str, &str)] = &[
 ];
 
 const SAMPLES: u64 = 1 << 17;
-/// Samples that one thread takes at a time.
-const BLOCK: u64 = 1 << 12;
 
 /// A model under a light, with the variances that are known in closed form.
 struct Case {
@@ -106,7 +102,7 @@ fn rows() -> Vec<Vec<String>> {
         let bsdf: &dyn Bsdf = if *light == "cos" { &under_light } else { &*plain };
         let target = albedo(name, bsdf, direction_mu(*mu, 0.0));
         for estimator in &target.estimators {
-            let moments = sampled(estimator, rows.len() as u64);
+            let moments = moments(SAMPLES, SEED, rows.len() as u64, &estimator.draw);
             let known = closed(estimator.name);
             rows.push(row((*name, *light, *mu), &target, estimator, known, &moments));
         }
@@ -136,19 +132,4 @@ fn row(
         noise(variance_std_err(moments)),
         moments.count().to_string(),
     ]
-}
-
-/// The moments of independent samples, block by block.
-fn sampled(estimator: &Estimator, number: u64) -> Moments {
-    let block = |block: u64| {
-        let mut sampler = Independent::new(SEED);
-        let mut moments = Moments::default();
-        for sample in block * BLOCK..(block + 1) * BLOCK {
-            sampler.begin(number, sample);
-            moments.add((estimator.draw)(&mut sampler));
-        }
-        moments
-    };
-    let blocks: Vec<Moments> = (0..SAMPLES / BLOCK).into_par_iter().map(block).collect();
-    blocks.iter().fold(Moments::default(), |all, moments| all.merge(moments))
 }

@@ -10,6 +10,7 @@ pub mod phong;
 pub mod pictures;
 pub mod points;
 mod rates;
+pub mod split;
 
 use std::fmt::Debug;
 
@@ -18,7 +19,6 @@ use serde::Serialize;
 use super::table;
 use crate::bsdf::Bsdf;
 use crate::bsdf::subject::parse;
-use crate::math::sum::Moments;
 use crate::scene::Scene;
 use crate::scene::builtin::builtin;
 
@@ -45,8 +45,16 @@ pub struct File {
 }
 
 /// All sets, in the order of the lecture.
-pub const SETS: &[Set] =
-    &[bounces::SET, cosine::SET, lights::IRRADIANCE, lights::HIGHLIGHTS, points::SET, pictures::SET, phong::SET];
+pub const SETS: &[Set] = &[
+    bounces::SET,
+    cosine::SET,
+    lights::IRRADIANCE,
+    lights::HIGHLIGHTS,
+    points::SET,
+    pictures::SET,
+    split::SET,
+    phong::SET,
+];
 
 /// The name of the file that says what the others are.
 pub const INDEX: &str = "index.json";
@@ -104,12 +112,6 @@ fn csv(columns: &[(&'static str, &str)], rows: impl IntoIterator<Item = Vec<Stri
 fn rounded(x: f64, digits: usize) -> String {
     let text = format!("{x:.*e}", digits - 1);
     text.parse().map_or(text, table::exact)
-}
-
-/// The standard error of the sample variance, from the fourth moment.
-fn variance_std_err(moments: &Moments) -> f64 {
-    let kurtosis = moments.excess_kurtosis() + 2.0;
-    moments.variance() * (kurtosis / moments.count() as f64).sqrt()
 }
 
 /// What cannot fail, because it is made of literals of this crate.
