@@ -65,7 +65,7 @@ impl Films {
         let mut film = Film::new(SIZE, SIZE);
         for (at, pixel) in film.pixels_mut().iter_mut().enumerate() {
             for sample in range.clone() {
-                pixel.add(Rgb::grey(2.0 * mean * uniform(&mut stream(seed, at as u64, sample))));
+                pixel.add(Rgb::grey(2.0 * mean * uniform(&mut stream(seed, at as u64, sample))), 1);
             }
         }
         let run = Run { seed, first: range.start, count: range.end - range.start };

@@ -10,6 +10,7 @@ use super::converge::ConvergeArgs;
 use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
 use super::notebooks_data::{self, NotebooksDataArgs};
+use super::plot::PlotArgs;
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::validate::Suite;
@@ -97,6 +98,8 @@ pub(super) enum Command {
     /// Makes the data behind the figures and notebooks again
     #[command(after_help = notebooks_data::HELP)]
     NotebooksData(NotebooksDataArgs),
+    /// Draws one plot as SVG or PNG
+    Plot(PlotArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass
     #[command(after_help = "Exit status: 0 if all is as it must be, else 1\n\nExamples:\n  whitefurnace selftest")]
     Selftest,
@@ -240,7 +243,7 @@ pub(super) fn stops(text: &str) -> Result<f64, String> {
     number(text, "a number of stops from -100 to 100", |x| x.abs() <= 100.0)
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+pub(super) fn finite(text: &str) -> Result<f64, String> {
     number(text, "a finite number of degrees", |_| true)
 }
 

@@ -339,5 +339,6 @@ fn curve(row: &Row, name_sampler: bool) -> Curve {
         points: row.found.points.iter().map(|p| (p.n as f64, p.rmse, p.log_std_err)).collect(),
         // A logarithmic axis has no place for 0.
         sigma: row.estimator.sigma.filter(|&sigma| sigma > 0.0 && row.found.sampler == SamplerKind::Independent),
+        theory: [row.theory.steepest, row.theory.flattest],
     }
 }

@@ -15,6 +15,7 @@ mod job;
 mod list;
 mod merge;
 mod notebooks_data;
+mod plot;
 mod render;
 mod sample;
 mod scene_source;
@@ -82,6 +83,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
         Command::Merge(args) => merge::run(merge::job(args)?, &mut out),
+        Command::Plot(args) => plot::run(&args, &mut out),
         Command::Selftest => selftest::run(&mut out),
     }?;
     // A verdict stands, whether or not anyone still reads the text.
@@ -107,7 +109,15 @@ fn complain(message: &str) -> ExitCode {
 
 /// The error of a wrong command line without its usage text, on one line.
 fn one_line_of_usage(error: &clap::Error) -> String {
-    let known = || Args::command().get_subcommands().map(|c| c.get_name().to_string()).collect::<Vec<_>>().join(", ");
+    let known = || {
+        // The usage names the command that lacks one below it.
+        let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
+        let mut command = Args::command();
+        for word in usage.split_whitespace() {
+            command = command.find_subcommand(word).cloned().unwrap_or(command);
+        }
+        command.get_subcommands().map(|c| c.get_name().to_string()).collect::<Vec<_>>().join(", ")
+    };
     match error.kind() {
         // These render as the whole help text, or name no command at all.
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand | ErrorKind::MissingSubcommand => {

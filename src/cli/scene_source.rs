@@ -17,7 +17,7 @@ pub(super) struct SceneArgs {
 }
 
 /// How a scene is read.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub(super) struct SceneOptions {
     /// A parameter of the scene; may be given several times
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = param)]

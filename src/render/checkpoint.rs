@@ -2,10 +2,11 @@
 //!
 //! ```text
 //! 8 bytes   "WFRENDER"
-//! u32       version of this layout, 1
+//! u32       version of this layout, 2
 //! u32       length of the header
-//! header    JSON: {"width", "height", "scene", "settings", "runs": [{"seed", "first", "count"}], "seconds"}
-//! pixels    row by row from the top, 64 bytes each: u64 n, u64 nonfinite, f64 mean[3], f64 m2[3]
+//! header    JSON: {"width", "height", "batch", "scene", "settings", "runs": [{"seed", "first", "count"}], "seconds"}
+//! pixels    row by row from the top, 104 bytes each: u64 n, u64 nonfinite, u64 batches, f64 mean[3], f64 m2[3],
+//!           u64 n and f64 sum[3] of the open batch
 //! u64       checksum of all before: FNV-1a over words of 8 bytes, the last one filled up with 0
 //! ```
 //! Everything is little-endian. A file is read pixel by pixel, so one that declares more than it holds takes no more
@@ -18,13 +19,13 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::film::{Film, Pixel};
+use super::film::{Film, Open, Pixel};
 use super::provenance::{Provenance, Run};
 use crate::image::MAX_PIXELS;
 
 const MAGIC: &[u8; 8] = b"WFRENDER";
-const VERSION: u32 = 1;
-const PIXEL_BYTES: usize = 64;
+const VERSION: u32 = 2;
+const PIXEL_BYTES: usize = 104;
 /// Scene and settings are a line each, and runs are few.
 const LONGEST_HEADER: u32 = 1 << 20;
 
@@ -63,6 +64,7 @@ pub struct Checkpoint {
 struct Header {
     width: usize,
     height: usize,
+    batch: u64,
     #[serde(flatten)]
     provenance: Provenance,
 }
@@ -90,8 +92,12 @@ impl Checkpoint {
 
     /// The content of the file.
     pub fn encode(&self) -> Vec<u8> {
-        let header =
-            Header { width: self.film.width(), height: self.film.height(), provenance: self.provenance.clone() };
+        let header = Header {
+            width: self.film.width(),
+            height: self.film.height(),
+            batch: self.film.batch(),
+            provenance: self.provenance.clone(),
+        };
         // Plain data: serialising it has no way to fail.
         let header = serde_json::to_vec(&header).unwrap_or_default();
         let mut bytes = Vec::with_capacity(header.len() + PIXEL_BYTES * self.film.pixels().len() + 32);
@@ -132,11 +138,14 @@ impl Checkpoint {
         }
         let mut header = vec![0; length as usize];
         reader.fill(&mut header, "header")?;
-        let Header { width, height, provenance } =
+        let Header { width, height, batch, provenance } =
             serde_json::from_slice(&header).map_err(|error| format!("its header is damaged: {error}"))?;
         let count = width.checked_mul(height).filter(|n| (1..=MAX_PIXELS).contains(n));
         let count =
             count.ok_or_else(|| format!("it declares {width} x {height} pixels; at most {MAX_PIXELS} are read"))?;
+        if !batch.is_power_of_two() {
+            return Err(format!("its batches have {batch} samples; allowed are powers of two").into());
+        }
         check(&provenance)?;
         let samples = provenance.samples();
         let mut pixels = Vec::new();
@@ -156,7 +165,7 @@ impl Checkpoint {
         }
         let film =
             Film::from_pixels(width, height, pixels).ok_or_else(|| "its pixels do not fit its size".to_string())?;
-        Ok(Self { film, provenance })
+        Ok(Self { film: film.with_batches(batch), provenance })
     }
 }
 
@@ -168,15 +177,20 @@ fn check(provenance: &Provenance) -> Result<(), String> {
 }
 
 fn plausible(pixel: &Pixel, samples: u64) -> bool {
+    let Pixel { n, nonfinite, batches, mean, m2, open } = *pixel;
     // M2 may have overflowed.
-    let moments = pixel.mean.is_finite() && pixel.m2.to_array().iter().all(|m2| *m2 >= 0.0);
-    let empty = pixel.n > 0 || (pixel.mean, pixel.m2) == (DVec3::ZERO, DVec3::ZERO);
-    moments && empty && pixel.n.checked_add(pixel.nonfinite).is_some_and(|n| n <= samples)
+    let moments = mean.is_finite() && open.sum.is_finite() && m2.to_array().iter().all(|m2| *m2 >= 0.0);
+    let empty = batches > 0 || (mean, m2) == (DVec3::ZERO, DVec3::ZERO);
+    let open_empty = open.n > 0 || open.sum == DVec3::ZERO;
+    let counts = open.n <= n && batches <= n - open.n && (batches > 0) == (n > open.n);
+    moments && empty && open_empty && counts && n.checked_add(nonfinite).is_some_and(|n| n <= samples)
 }
 
 fn pixel_bytes(pixel: &Pixel) -> [u8; PIXEL_BYTES] {
-    let numbers = pixel.mean.to_array().into_iter().chain(pixel.m2.to_array());
-    let words = [pixel.n, pixel.nonfinite].into_iter().chain(numbers.map(f64::to_bits));
+    let bits = |v: DVec3| v.to_array().map(f64::to_bits);
+    let Pixel { n, nonfinite, batches, mean, m2, open } = *pixel;
+    let words = [n, nonfinite, batches].into_iter().chain(bits(mean)).chain(bits(m2));
+    let words = words.chain([open.n]).chain(bits(open.sum));
     let mut bytes = [0; PIXEL_BYTES];
     for (eight, word) in bytes.chunks_exact_mut(8).zip(words) {
         eight.copy_from_slice(&word.to_le_bytes());
@@ -188,7 +202,8 @@ fn pixel(bytes: &[u8; PIXEL_BYTES]) -> Pixel {
     let (words, _) = bytes.as_chunks::<8>();
     let word = |at: usize| u64::from_le_bytes(words[at]);
     let triple = |at: usize| DVec3::from_array([at, at + 1, at + 2].map(|at| f64::from_bits(word(at))));
-    Pixel { n: word(0), nonfinite: word(1), mean: triple(2), m2: triple(5) }
+    let open = Open { n: word(9), sum: triple(10) };
+    Pixel { n: word(0), nonfinite: word(1), batches: word(2), mean: triple(3), m2: triple(6), open }
 }
 
 /// What is wrong, before the file has a name.
@@ -271,13 +286,13 @@ mod tests {
         for (at, pixel) in film.pixels_mut().iter_mut().enumerate() {
             for sample in range.clone() {
                 let x = uniform(&mut stream(1, at as u64, sample));
-                pixel.add(if x < 0.05 { Rgb::grey(f64::NAN) } else { Rgb::new(x, 1.0 / x, 0.1) });
+                pixel.add(if x < 0.05 { Rgb::grey(f64::NAN) } else { Rgb::new(x, 1.0 / x, 0.1) }, 4);
             }
         }
     }
 
     fn checkpoint(count: u64) -> Checkpoint {
-        let mut film = Film::new(5, 3);
+        let mut film = Film::new(5, 3).with_batches(4);
         render(&mut film, 0..count);
         let provenance = Provenance::new("Würfel", "mis", Run { seed: 1, first: 0, count }, 0.1);
         Checkpoint { film, provenance }
@@ -303,7 +318,7 @@ mod tests {
         render(&mut resumed.film, run.end()..50);
         assert_eq!(resumed.film, checkpoint(50).film);
         // Merging two halves agrees to rounding, not to the bit: hence the file keeps the state.
-        let mut late = Film::new(5, 3);
+        let mut late = Film::new(5, 3).with_batches(4);
         render(&mut late, 20..50);
         let mut merged = checkpoint(20).film;
         merged.merge(&late).unwrap();
@@ -350,7 +365,8 @@ mod tests {
             reason(&bytes)
         };
         let header = |width: &str, runs: &str| {
-            format!(r#"{{"width":{width},"height":16384,"scene":"","settings":"","runs":[{runs}],"seconds":0}}"#)
+            let sizes = format!(r#""width":{width},"height":16384,"batch":1"#);
+            format!(r#"{{{sizes},"scene":"","settings":"","runs":[{runs}],"seconds":0}}"#)
         };
         assert!(lie(&header("16384", "")).starts_with("it ends before its pixel 0 of 268435456"));
         assert!(lie(&header("16385", "")).contains("at most 268435456"));
@@ -358,6 +374,8 @@ mod tests {
         let twice = r#"{"seed":1,"first":0,"count":9},{"seed":1,"first":8,"count":9}"#;
         assert!(lie(&header("1", twice)).contains("runs overlap"));
         assert!(lie("{").contains("header is damaged"));
+        let odd = header("1", "").replace(r#""batch":1"#, r#""batch":3"#);
+        assert!(lie(&odd).contains("batches have 3 samples"));
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(u32::MAX.to_le_bytes());
@@ -372,5 +390,8 @@ mod tests {
         let mut negative = checkpoint(4);
         negative.film.pixels_mut()[0].m2.x = -1.0;
         assert!(reason(&negative.encode()).starts_with("pixel 0 of 15"));
+        let mut crowded = checkpoint(4);
+        crowded.film.pixels_mut()[0].batches = 5;
+        assert!(reason(&crowded.encode()).starts_with("pixel 0 of 15"));
     }
 }

@@ -9,7 +9,7 @@ pub mod progressive;
 pub mod provenance;
 
 use crate::math::color::Rgb;
-use crate::sampling::points::Sobol;
+use crate::sampling::points::{Lattice, Sobol};
 use crate::sampling::sampler::{AnySampler, Independent, Sampler};
 use crate::scene::{Ray, Scene};
 
@@ -23,6 +23,7 @@ pub trait Radiance: Sync {
     fn radiances(&self, scene: &Scene, samples: Samples) {
         match samples {
             Samples::Independent(samples) => one_by_one(self, scene, samples),
+            Samples::Lattice(samples) => one_by_one(self, scene, samples),
             Samples::Sobol(samples) => one_by_one(self, scene, samples),
             Samples::Any(samples) => one_by_one(self, scene, samples),
         }
@@ -53,12 +54,14 @@ impl<S> Sample<S> {
     }
 }
 
-/// Samples with one kind of numbers. The two that images are mostly made of are known to the compiler: a choice at every
+/// Samples with one kind of numbers. Those that images are mostly made of are known to the compiler: a choice at every
 /// number costs a path tracer a tenth of its time.
 #[derive(Debug)]
 pub enum Samples<'a> {
     /// Independent numbers.
     Independent(&'a mut [Sample<Independent>]),
+    /// Lattices.
+    Lattice(&'a mut [Sample<Lattice>]),
     /// Scrambled nets.
     Sobol(&'a mut [Sample<Sobol>]),
     /// Any.
@@ -68,6 +71,12 @@ pub enum Samples<'a> {
 impl<'a> From<&'a mut [Sample<Independent>]> for Samples<'a> {
     fn from(samples: &'a mut [Sample<Independent>]) -> Self {
         Self::Independent(samples)
+    }
+}
+
+impl<'a> From<&'a mut [Sample<Lattice>]> for Samples<'a> {
+    fn from(samples: &'a mut [Sample<Lattice>]) -> Self {
+        Self::Lattice(samples)
     }
 }
 

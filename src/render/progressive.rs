@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::film::{Film, Pixel};
 use super::{Radiance, Sample, Samples, WAVE};
 use crate::sampling::filter::Filter;
-use crate::sampling::sampler::{AnySampler, Sampler};
+use crate::sampling::sampler::{AnySampler, Sampler, SamplerKind};
 use crate::scene::{Ray, Scene, rays};
 
 /// Pixels that one thread works on at a time.
@@ -53,6 +53,21 @@ pub enum Stop {
 
 /// Samples of a pixel below which its variance says too little to stop by it.
 pub const LEAST_SAMPLES: u64 = 16;
+
+/// Batches that the error is judged from, at least half as many and at most so many: enough for a variance of each pixel
+/// that is known to about a half.
+const BATCHES: u64 = 8;
+
+/// Samples of a batch, by which a film judges the error of `planned` samples of this kind, or of an unknown number.
+///
+/// The larger, the nearer its upper bound is to the truth; where the number is unknown, the first [`LEAST_SAMPLES`] must
+/// be two. What comes in random order is not better judged by batches than one by one.
+pub fn batch_for(kind: SamplerKind, planned: Option<u64>) -> u64 {
+    if !kind.is_sequence() {
+        return 1;
+    }
+    planned.unwrap_or(LEAST_SAMPLES / 2 * BATCHES).div_ceil(BATCHES).next_power_of_two()
+}
 
 /// How far a rendering has come.
 #[derive(Clone, Copy, Debug)]
@@ -135,7 +150,7 @@ fn drawn(pixel: &Pixel) -> u64 {
 
 /// Brings every pixel up to `target` samples; the number of rays that it took.
 fn raise(job: &Job, film: &mut Film, target: u64, interrupted: &AtomicBool) -> u64 {
-    let width = film.width();
+    let (width, batch) = (film.width(), film.batch());
     let counts: Vec<u64> = film
         .pixels_mut()
         .par_chunks_mut(CHUNK)
@@ -145,44 +160,56 @@ fn raise(job: &Job, film: &mut Film, target: u64, interrupted: &AtomicBool) -> u
                 return 0;
             }
             let before = rays::cast();
-            job.raise_pixels(chunk * CHUNK, width, pixels, target);
+            job.raise_pixels(Part { first: chunk * CHUNK, width, batch, pixels }, target);
             rays::cast() - before
         })
         .collect();
     counts.into_iter().sum()
 }
 
+/// Consecutive pixels of a film.
+struct Part<'p> {
+    /// The number of the first.
+    first: usize,
+    /// Columns of the film.
+    width: usize,
+    /// Samples of a batch.
+    batch: u64,
+    pixels: &'p mut [Pixel],
+}
+
 impl Job<'_> {
-    /// Brings the pixels, the first of which has this number, up to `target` samples.
-    fn raise_pixels(&self, first: usize, width: usize, pixels: &mut [Pixel], target: u64) {
+    /// Brings the pixels up to `target` samples.
+    fn raise_pixels(&self, part: Part, target: u64) {
         match self.sampler {
-            AnySampler::Independent(sampler) => self.raise_by(sampler, first, width, pixels, target),
-            AnySampler::Sobol(sampler) => self.raise_by(sampler, first, width, pixels, target),
-            any => self.raise_by(any, first, width, pixels, target),
+            AnySampler::Independent(sampler) => self.raise_by(sampler, part, target),
+            AnySampler::Lattice(sampler) => self.raise_by(sampler, part, target),
+            AnySampler::Sobol(sampler) => self.raise_by(sampler, part, target),
+            any => self.raise_by(any, part, target),
         }
     }
 
     /// Many samples at once, in the order of their numbers.
-    fn raise_by<S: Sampler + Clone>(&self, sampler: &S, first: usize, width: usize, pixels: &mut [Pixel], target: u64)
+    fn raise_by<S: Sampler + Clone>(&self, sampler: &S, mut part: Part, target: u64)
     where
         for<'s> Samples<'s>: From<&'s mut [Sample<S>]>,
     {
         let mut wave = Vec::with_capacity(WAVE);
         let mut places = Vec::with_capacity(WAVE);
-        for i in 0..pixels.len() {
-            for number in drawn(&pixels[i])..target {
-                let pixel = first + i;
+        for i in 0..part.pixels.len() {
+            for number in drawn(&part.pixels[i])..target {
+                let pixel = part.first + i;
                 let mut sampler = sampler.clone();
                 sampler.begin(pixel as u64, number);
-                let (ray, weight) = self.camera_ray(pixel, width, &mut sampler);
+                let (ray, weight) = self.camera_ray(pixel, part.width, &mut sampler);
                 wave.push(Sample::new(ray, sampler));
                 places.push((i, weight));
                 if wave.len() == WAVE {
-                    self.develop(&mut wave, &mut places, pixels);
+                    self.develop(&mut wave, &mut places, &mut part);
                 }
             }
         }
-        self.develop(&mut wave, &mut places, pixels);
+        self.develop(&mut wave, &mut places, &mut part);
     }
 
     /// The ray of a sample of a pixel, and the weight that the filter gives it.
@@ -194,13 +221,13 @@ impl Job<'_> {
     }
 
     /// Traces the samples and adds each to the pixel of its place.
-    fn develop<S>(&self, wave: &mut Vec<Sample<S>>, places: &mut Vec<(usize, f64)>, pixels: &mut [Pixel])
+    fn develop<S>(&self, wave: &mut Vec<Sample<S>>, places: &mut Vec<(usize, f64)>, part: &mut Part)
     where
         for<'s> Samples<'s>: From<&'s mut [Sample<S>]>,
     {
         self.radiance.radiances(self.scene, wave.as_mut_slice().into());
         for (sample, (pixel, weight)) in wave.drain(..).zip(places.drain(..)) {
-            pixels[pixel].add(sample.radiance * weight);
+            part.pixels[pixel].add(sample.radiance * weight, part.batch);
         }
     }
 }
@@ -209,7 +236,6 @@ impl Job<'_> {
 mod tests {
     use super::*;
     use crate::math::color::Rgb;
-    use crate::sampling::sampler::SamplerKind;
     use crate::scene::{Camera, FilmSettings, Light, RenderSettings, SceneDescription};
     use glam::DVec3;
 
@@ -239,7 +265,7 @@ mod tests {
         let (scene, filter) = (sky(), Filter::BOX);
         let job = Job { scene: &scene, radiance: &Noise, filter: &filter, sampler: &kind.sampler(7, 40, 23) };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut film = Film::new(23, 11);
+        let mut film = Film::new(23, 11).with_batches(batch_for(kind, Some(40)));
         for &target in targets {
             let mut progress = 0;
             pool.install(|| {

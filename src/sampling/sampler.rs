@@ -129,17 +129,17 @@ impl SamplerKind {
         Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(name, _)| name)
     }
 
-    /// Whether samples of one pixel know of each other, so that their spread says little of the error of their mean.
-    pub fn is_dependent(self) -> bool {
-        self != Self::Independent
+    /// Whether consecutive samples of one pixel complement each other, be they few or many.
+    pub fn is_sequence(self) -> bool {
+        matches!(self, Self::Halton | Self::Lattice | Self::Sobol | Self::BlueSobol)
     }
 
     /// The numbers of samples with which it is at its best.
     pub fn good_counts(self) -> Counts {
         match self {
-            Self::Independent | Self::Halton | Self::Lattice => Counts::Any,
+            Self::Independent | Self::Halton => Counts::Any,
             Self::Jittered | Self::MultiJittered => Counts::Squares,
-            Self::Sobol | Self::BlueSobol => Counts::PowersOfTwo,
+            Self::Lattice | Self::Sobol | Self::BlueSobol => Counts::PowersOfTwo,
         }
     }
 
@@ -150,7 +150,7 @@ impl SamplerKind {
             Self::Jittered => AnySampler::Jittered(Jittered::new(seed, samples)),
             Self::MultiJittered => AnySampler::Jittered(Jittered::multi(seed, samples)),
             Self::Halton => AnySampler::Halton(Halton::new(seed, samples)),
-            Self::Lattice => AnySampler::Lattice(Lattice::new(seed, samples)),
+            Self::Lattice => AnySampler::Lattice(Lattice::new(seed)),
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),
             Self::BlueSobol => AnySampler::Sobol(Sobol::over_pixels(seed, samples, width)),
         }

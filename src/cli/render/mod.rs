@@ -59,18 +59,20 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let tracer = tracer(args, &scene)?;
     let filter = args.filter.as_ref().unwrap_or(&scene.film().filter);
     let stop = stop(args, &scene);
-    let planned = match stop {
-        Stop::Samples(samples) => samples,
-        Stop::Seconds(_) | Stop::RelativeError(_) => DEFAULT_SAMPLES.into(),
+    let known = match stop {
+        Stop::Samples(samples) => Some(samples),
+        Stop::Seconds(_) | Stop::RelativeError(_) => None,
     };
+    let planned = known.unwrap_or(DEFAULT_SAMPLES.into());
     let sampler = args.sampler.sampler(args.seed, planned, scene.film().width as u64);
     let job = Job { scene: &scene, radiance: &tracer, filter, sampler: &sampler };
     // The others go on with the same points, however many there are to be.
     let grid = match args.sampler {
-        SamplerKind::Independent | SamplerKind::Sobol => String::new(),
+        SamplerKind::Independent | SamplerKind::Lattice | SamplerKind::Sobol => String::new(),
         _ => format!(" for {planned} samples"),
     };
-    let state = begin(args, &scene, &format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler))?;
+    let how = format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler);
+    let state = begin(args, &scene, &how, progressive::batch_for(args.sampler, known))?;
 
     let interrupted = interruption();
     let bar = progress_bar(args.quiet);
@@ -94,14 +96,14 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     Ok((report, interrupted.load(Ordering::Relaxed)))
 }
 
-/// A film without samples, or the one that is gone on with.
-fn begin(args: &RenderArgs, scene: &Scene, how: &str) -> anyhow::Result<Checkpoint> {
+/// A film without samples, in batches of so many, or the one that is gone on with, in its own batches.
+fn begin(args: &RenderArgs, scene: &Scene, how: &str, batch: u64) -> anyhow::Result<Checkpoint> {
     let (width, height) = (scene.film().width, scene.film().height);
     let settings = format!("{width}x{height}, {how}");
     let Some(path) = &args.resume else {
         let run = Run { seed: args.seed, first: 0, count: 0 };
         let provenance = Provenance::new(scene.name(), &settings, run, 0.0);
-        return Ok(Checkpoint { film: Film::new(width, height), provenance });
+        return Ok(Checkpoint { film: Film::new(width, height).with_batches(batch), provenance });
     };
     let state = Checkpoint::read(path).context("--resume")?;
     let resumable = state.resumable(scene.name(), &settings, args.seed);

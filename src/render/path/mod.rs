@@ -129,6 +129,7 @@ impl Radiance for PathTracer {
     fn radiances(&self, scene: &Scene, samples: Samples) {
         match samples {
             Samples::Independent(samples) => self.in_waves(scene, samples),
+            Samples::Lattice(samples) => self.in_waves(scene, samples),
             Samples::Sobol(samples) => self.in_waves(scene, samples),
             Samples::Any(samples) => self.in_waves(scene, samples),
         }
@@ -140,7 +141,7 @@ mod tests {
     use super::*;
     use crate::math::sum::Moments;
     use crate::sampling::filter::Filter;
-    use crate::sampling::points::Sobol;
+    use crate::sampling::points::{Lattice, Sobol};
     use crate::sampling::sampler::{Independent, SamplerKind};
     use crate::scene::builtin::builtin;
     use crate::scene::{Camera, FilmSettings, Geometry, Material, RenderSettings, SceneDescription, Shape};
@@ -290,7 +291,8 @@ mod tests {
                 for (waves, alone) in [
                     in_waves_and_alone(&tracer, &scene, &Independent::new(5)),
                     in_waves_and_alone(&tracer, &scene, &Sobol::new(5)),
-                    in_waves_and_alone(&tracer, &scene, &SamplerKind::Lattice.sampler(5, 200, 1)),
+                    in_waves_and_alone(&tracer, &scene, &Lattice::new(5)),
+                    in_waves_and_alone(&tracer, &scene, &SamplerKind::Halton.sampler(5, 200, 1)),
                 ] {
                     assert!(waves == alone, "{tracer:?}");
                     assert!(waves.iter().any(|radiance| !radiance.is_black()));

@@ -130,11 +130,13 @@ impl Comparison {
 /// estimates, E\[x²\] − E\[x\]², and come out as low as −0.4.
 pub const LEAST_VARIANCE: f64 = 1e-4;
 
-/// The noise that the planes Variance.R, .G and .B state, with the counts of the plane Samples where there is one.
+/// The noise that the planes Variance.R, .G and .B state, with the counts of the plane Batches or Samples where there is
+/// one.
 pub fn stated_noise(image: &Image) -> Option<Noise> {
     let [r, g, b] = image.variance()?;
     let variance = (0..r.len()).map(|at| [r[at], g[at], b[at]].map(known)).collect();
-    let samples = image.plane("Samples").map(|plane| plane.iter().map(|n| f64::from(*n)).collect());
+    let samples = image.plane("Batches").or_else(|| image.plane("Samples"));
+    let samples = samples.map(|plane| plane.iter().map(|n| f64::from(*n)).collect());
     Some(Noise { variance, samples })
 }
 

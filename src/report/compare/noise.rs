@@ -36,7 +36,7 @@ pub const BLOCK: usize = 16;
 pub struct Noise {
     /// Variance of each pixel's mean, per channel, row by row; infinite where it is not known.
     pub variance: Vec<[f64; 3]>,
-    /// Samples of each pixel that its variance was estimated from; None if the variances count as exact.
+    /// Samples or batches of each pixel that its variance was estimated from; None if the variances count as exact.
     pub samples: Option<Vec<f64>>,
 }
 

@@ -11,13 +11,13 @@ const ERROR_SPAN: f64 = 0.999;
 /// Rows below the picture for the legend.
 const LEGEND: usize = 24;
 /// What is not finite, or has no test.
-const NO_NUMBER: [f64; 3] = [1.0, 0.0, 1.0];
+pub(in crate::report) const NO_NUMBER: [f64; 3] = [1.0, 0.0, 1.0];
 
 /// Colours from test below to test above: blue, white, red.
 const DIVERGING: [[f64; 3]; 5] =
     [[0.02, 0.19, 0.46], [0.42, 0.66, 0.87], [0.97, 0.97, 0.97], [0.95, 0.59, 0.42], [0.50, 0.02, 0.09]];
 /// Colours from no error to the largest: black over purple and orange to pale yellow, of rising lightness.
-const RISING: [[f64; 3]; 6] = [
+pub(in crate::report) const RISING: [[f64; 3]; 6] = [
     [0.0, 0.0, 0.02],
     [0.24, 0.06, 0.44],
     [0.56, 0.16, 0.50],
@@ -66,7 +66,7 @@ fn raw(comparison: &Comparison, values: &[[f64; 3]]) -> Result<Image, ImageError
 }
 
 /// The colour at `share` of the way through `stops`, clamped to its ends.
-fn ramp(stops: &[[f64; 3]], share: f64) -> [f64; 3] {
+pub(in crate::report) fn ramp(stops: &[[f64; 3]], share: f64) -> [f64; 3] {
     let at = share.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
     let low = (at as usize).min(stops.len() - 2);
     let t = at - low as f64;

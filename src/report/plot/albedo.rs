@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 
 use super::Figure;
-use super::style::{Role, SIZE, Sign, framed, legend, line, px, ruled};
+use super::marks::{Sign, legend};
+use super::style::{Role, SIZE, framed, line, px, ruled};
 use crate::report::probe::AlbedoPoint;
 
 /// Albedos above this are drawn at it.
@@ -20,6 +21,8 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> Figure<'static> {
     };
     let curves = [("eye fixed", Role::First, finite(eye)), ("light fixed", Role::Second, finite(light))];
     let top = curves.iter().flat_map(|(_, _, curve)| curve).map(|p| p.1).fold(1.0, f64::max) * 1.08;
+    // The legend stands below the curves, or above those that are as low as itself.
+    let is_low = curves.iter().flat_map(|(_, _, curve)| curve).any(|p| p.0 < 35.0 && p.1 < 0.25 * top);
     Figure::new("Albedo against angle", move |area| {
         let mut chart = framed(area, 56).build_cartesian_2d(0.0..90.0, 0.0..top)?;
         let mut mesh = chart.configure_mesh();
@@ -36,7 +39,7 @@ pub fn albedo(eye: &[AlbedoPoint], light: &[AlbedoPoint]) -> Figure<'static> {
         }
         let entries: Vec<(Sign, &str)> =
             curves.iter().zip(WIDTHS).map(|((name, role, _), width)| (Sign::Line(line(*role, width)), *name)).collect();
-        legend(area, (px(84), px(SIZE.1 - 130)), false, &entries)?;
+        legend(area, (px(84), px(if is_low { 150 } else { SIZE.1 - 130 })), false, &entries)?;
         Ok(())
     })
 }

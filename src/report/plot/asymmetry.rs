@@ -48,6 +48,7 @@ pub fn asymmetry(map: &AsymmetryMap) -> Figure<'_> {
             .x_desc("angle of b from the normal")
             .y_desc("angle of a")
             .draw()?;
+        legend.draw(&Text::new("relative gap", (px(8), px(14)), label(Role::Ink)))?;
         for (row, (role, _, text)) in (0_i32..).zip(CLASSES) {
             let corners = [(px(8), px(40 + 30 * row)), (px(28), px(58 + 30 * row))];
             legend.draw(&Rectangle::new(corners, colour(role).filled()))?;

@@ -1,9 +1,13 @@
 //! Error against number of samples, on logarithmic axes.
 
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Figure;
-use super::style::{Drawn, SERIES, SIZE, colour, framed, label, line, px, ruled};
+use super::frame::{Axis, Frame};
+use super::marks::{EndLabel, Sign, dashes, mark, role};
+use super::style::{Area, Drawn, Role, SIZE, anchored, colour, label_width, line, px};
+use crate::report::table::short;
 
 /// A line of the plot.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,113 +18,141 @@ pub struct Curve {
     pub points: Vec<(f64, f64, f64)>,
     /// Its standard deviation for one sample, if known: σ / √N is drawn beside it.
     pub sigma: Option<f64>,
+    /// The exponents that theory allows, from the steepest, which may be −∞, to the flattest.
+    pub theory: [f64; 2],
 }
 
-/// Room for a letter of a name, in pixels.
-const WIDTH_OF_LETTER: i32 = 8;
+impl Curve {
+    /// What a log axis can show.
+    fn shown(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        self.points.iter().copied().filter(|p| p.0 > 0.0 && p.1 > 0.0 && p.1.is_finite())
+    }
+}
 
 /// Error bars reach to 1.96 standard deviations: 95 %.
 const BARS: f64 = 1.96;
 
-/// 10^k as text where x is a power of ten, else nothing.
-fn decade(x: f64) -> String {
-    let exponent = x.log10().round();
-    if (x.log10() - exponent).abs() > 1e-6 {
-        return String::new();
-    }
-    let raised = |digit: char| match digit {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-    };
-    match exponent as i32 {
-        0 => "1".into(),
-        1 => "10".into(),
-        k => format!("10{}", k.to_string().chars().map(raised).collect::<String>()),
-    }
-}
+/// The exponents that have names: independent points, stratified ones at an edge, on smooth integrands, scrambled nets on
+/// smooth integrands.
+const SLOPES: [(f64, &str); 4] = [(-0.5, "−1/2"), (-0.75, "−3/4"), (-1.0, "−1"), (-1.5, "−3/2")];
 
-/// The labels' heights, in the order of the ends of their lines and at least `gap` apart.
-fn spread(ends: &[f64], gap: f64, top: f64) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..ends.len()).collect();
-    order.sort_by(|&a, &b| ends[a].total_cmp(&ends[b]));
-    let mut heights = ends.to_vec();
-    let mut least = f64::NEG_INFINITY;
-    for &i in &order {
-        heights[i] = heights[i].max(least);
-        least = heights[i] + gap;
-    }
-    // Those pushed beyond the top come back down.
-    let mut most = top;
-    for &i in order.iter().rev() {
-        heights[i] = heights[i].min(most);
-        most = heights[i] - gap;
-    }
-    heights
-}
+/// Most rows at the ends of lines: more do not fit.
+const MOST_ROWS: usize = 18;
 
-/// RMSE of every curve with 95 % bars, σ/√N dashed where σ is known, and names at the ends of the lines.
+/// RMSE of every curve with 95 % bars, σ/√N dashed where σ is known, names at the ends of the lines, and the slopes that
+/// theory allows any of them.
 pub fn convergence(curves: &[Curve]) -> Figure<'_> {
-    let all = || curves.iter().flat_map(|curve| &curve.points).filter(|p| p.0 > 0.0 && p.1 > 0.0 && p.1.is_finite());
+    Figure::new("Error against number of samples", move |area| draw(curves, area))
+}
+
+fn draw(curves: &[Curve], area: &Area<'_>) -> Drawn {
+    let all = || curves.iter().flat_map(Curve::shown);
     let (least_n, most_n) = all().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(p.0), b.max(p.0)));
-    let (least, most) = all().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(p.1), b.max(p.1)));
-    let (low, high) = (10_f64.powf((least * 0.8).log10().floor()), 10_f64.powf((most * 1.2).log10().ceil()));
-    Figure::new("Error against number of samples", move |area| {
-        let longest = curves.iter().map(|curve| curve.name.chars().count().min(99) as u8).max().map_or(0, i32::from);
-        let (plot, names) = area.split_horizontally(px(SIZE.0 - (WIDTH_OF_LETTER * longest + 20).clamp(60, 320)));
-        if !(least_n < most_n && least <= most) {
-            return Err("nothing to draw".into());
+    let bar = |p: (f64, f64, f64)| {
+        let factor = (BARS * p.2).exp().min(1e3);
+        (p.1 / factor, p.1 * factor)
+    };
+    let (least, most) = all().map(bar).fold((f64::INFINITY, 0.0_f64), |(a, b), (low, high)| (a.min(low), b.max(high)));
+    if !(least_n < most_n && least <= most) {
+        return Err("nothing to draw".into());
+    }
+    let theory_rows = curves.iter().filter(|curve| curve.sigma.is_some()).count();
+    let with_theory = curves.len() + theory_rows <= MOST_ROWS;
+    let rows = |series: usize, curve: &Curve| {
+        let mut rows = vec![(Sign::Series(series), curve.name.clone())];
+        let theory = curve.sigma.filter(|_| with_theory);
+        rows.extend(theory.map(|sigma| (Sign::Dashes(role(series)), format!("{}/√N", short(sigma)))));
+        rows
+    };
+    let unplaced = curves.iter().enumerate().filter(|(_, curve)| curve.shown().next().is_some());
+    let mut labels: Vec<EndLabel> = unplaced
+        .map(|(series, curve)| EndLabel { end: (0, 0), role: role(series), rows: rows(series, curve) })
+        .collect();
+    let column = EndLabel::column(&labels).clamp(60, SIZE.0 / 2);
+
+    let x = Axis::log(least_n / 1.25, most_n * 1.15);
+    let fan = Fan::new(curves, &x, all().map(|p| (p.0, bar(p).1)));
+    let y = Axis::log(least / 1.3, (most * 1.3).max(fan.top * 1.15));
+    let frame = Frame::new(x, y, column);
+    frame.draw(area, "samples N", "root mean square error")?;
+    fan.draw(area, &frame)?;
+
+    for (series, curve) in curves.iter().enumerate() {
+        if let Some(sigma) = curve.sigma {
+            let [from, to] = [least_n, most_n].map(|n| frame.at(n, sigma / n.sqrt()));
+            dashes(area, from, to, role(series))?;
         }
-        let mut chart = framed(&plot, 56)
-            .margin_right(px(4))
-            .build_cartesian_2d((least_n * 0.8..most_n * 1.1).log_scale(), (low..high).log_scale())?;
-        let mut mesh = chart.configure_mesh();
-        ruled(&mut mesh);
-        mesh.x_labels(8)
-            .y_labels(12)
-            .x_label_formatter(&|x| decade(*x))
-            .y_label_formatter(&|y| decade(*y))
-            .x_desc("samples")
-            .y_desc("root mean square error")
-            .draw()?;
-        for (series, curve) in curves.iter().enumerate() {
-            let role = SERIES[series % SERIES.len()];
-            if let Some(sigma) = curve.sigma {
-                let ends = [least_n, most_n].map(|n| (n, sigma / n.sqrt()));
-                let dashes = DashedLineSeries::new(ends, px(5), px(5), line(role, 1));
-                chart.draw_series(dashes)?;
-            }
-            let points: Vec<(f64, f64)> = curve.points.iter().filter(|p| p.1 > 0.0).map(|p| (p.0, p.1)).collect();
-            chart.draw_series(LineSeries::new(points.iter().copied(), line(role, 2)))?;
-            for &(n, rmse, log_std_err) in curve.points.iter().filter(|p| p.1 > 0.0) {
-                let factor = (BARS * log_std_err).exp();
-                let bar = vec![(n, (rmse / factor).max(low)), (n, (rmse * factor).min(high))];
-                chart.draw_series([PathElement::new(bar, line(role, 1))])?;
-            }
-            // Lines of one colour differ by their marks, which also tell neighbours apart in grey.
-            let (at, fill) = (points.into_iter(), colour(role).filled());
-            match (series + series / SERIES.len()) % 4 {
-                0 => chart.draw_series(at.map(|p| Circle::new(p, px(4), fill)))?,
-                1 => chart.draw_series(at.map(|p| TriangleMarker::new(p, px(5), fill)))?,
-                2 => {
-                    let corners = [(-px(4), -px(4)), (px(4), px(4))];
-                    chart.draw_series(at.map(|p| EmptyElement::at(p) + Rectangle::new(corners, fill)))?
-                }
-                _ => chart.draw_series(at.map(|p| Cross::new(p, px(4), line(role, 2))))?,
-            };
+    }
+    for (series, curve) in curves.iter().enumerate() {
+        let path = frame.path(curve.shown().map(|p| (p.0, p.1)));
+        area.draw(&PathElement::new(path.clone(), line(role(series), 2)))?;
+        for p in curve.shown() {
+            let (low, high) = bar(p);
+            area.draw(&PathElement::new(frame.path([(p.0, low), (p.0, high)]), line(role(series), 1)))?;
         }
-        let height = |rmse: f64| f64::from(chart.backend_coord(&(most_n, rmse)).1);
-        let ends: Vec<f64> =
-            curves.iter().map(|curve| curve.points.last().map_or(0.0, |p| height(p.1.clamp(low, high)))).collect();
-        let bottom = f64::from(px(SIZE.1 - 24));
-        for ((series, curve), y) in curves.iter().enumerate().zip(spread(&ends, f64::from(px(20)), bottom)) {
-            let text = Text::new(curve.name.clone(), (px(6), y as i32 - px(8)), label(SERIES[series % SERIES.len()]));
-            names.draw(&text)?;
+        for at in path {
+            mark(area, series, at)?;
         }
-        Ok(()) as Drawn
-    })
+    }
+    let ends = curves.iter().filter_map(|curve| curve.shown().last());
+    for (label, end) in labels.iter_mut().zip(ends) {
+        label.end = frame.at(end.0, end.1);
+    }
+    EndLabel::draw(&labels, area, frame.right, (px(4), px(SIZE.1 - 4)))
+}
+
+/// The slopes of theory, as rays from one point above the curves.
+#[derive(Debug)]
+struct Fan {
+    slopes: Vec<(f64, &'static str)>,
+    /// The point's N and error, and how far the rays go.
+    start: f64,
+    top: f64,
+    end: f64,
+}
+
+impl Fan {
+    /// The lowest one whose rays stay above `points`; they fill the upper right, where errors have fallen.
+    fn new(curves: &[Curve], x: &Axis, points: impl Iterator<Item = (f64, f64)>) -> Self {
+        let allowed = |slope: f64| curves.iter().any(|c| c.theory[0] <= slope && slope <= c.theory[1]);
+        let slopes: Vec<_> = SLOPES.into_iter().filter(|&(slope, _)| allowed(slope)).collect();
+        // A share of the axis, so that the names fit to the right of the rays.
+        let decades = (x.to / x.from).log10();
+        let [start, end] = [0.52, 0.86].map(|share| x.from * 10_f64.powf(share * decades));
+        let steepest = slopes.last().map_or(0.0, |&(slope, _)| -slope);
+        let drop = (end / start).powf(steepest);
+        let below = points.filter(|&(n, _)| n >= start / 2.0).map(|(_, high)| high).fold(0.0, f64::max);
+        let top = if slopes.is_empty() { 0.0 } else { 1.6 * below * drop };
+        Self { slopes, start, top, end }
+    }
+
+    fn draw(&self, area: &Area<'_>, frame: &Frame) -> Drawn {
+        // There may be more room above than it needs.
+        let top = self.top.max(frame.y.to / 1.15);
+        let mut free = 0;
+        for &(slope, name) in &self.slopes {
+            let path = frame.path([(self.start, top), (self.end, top * (self.end / self.start).powf(slope))]);
+            let (x, y) = path[1];
+            area.draw(&PathElement::new(path, line(Role::Ink, 1)))?;
+            let at = (x + px(5), y.max(free));
+            free = at.1 + px(15);
+            written(area, name, at)?;
+        }
+        if !self.slopes.is_empty() {
+            let (x, y) = frame.at(self.start, top);
+            let name = "slope";
+            written(area, name, (x - px(6) - label_width(name), y))?;
+        }
+        Ok(())
+    }
+}
+
+/// A text from `at` to the right, with paper below it: no line of the grid crosses it.
+fn written(area: &Area<'_>, text: &'static str, (x, y): (i32, i32)) -> Drawn {
+    let corners = [(x - px(1), y - px(7)), (x + label_width(text) + px(1), y + px(7))];
+    area.draw(&Rectangle::new(corners, colour(Role::Paper).filled()))?;
+    area.draw(&Text::new(text, (x, y), anchored(Role::Ink, HPos::Left, VPos::Center)))?;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -128,28 +160,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn decades_are_written_as_powers() {
-        assert_eq!([1.0, 10.0, 1000.0, 1e-12, 2.0].map(decade), ["1", "10", "10³", "10⁻¹²", ""]);
-    }
-
-    #[test]
-    fn labels_keep_their_distance_and_their_order() {
-        let heights = spread(&[50.0, 10.0, 12.0, 99.0, 98.0], 20.0, 100.0);
-        let mut sorted = heights.clone();
-        sorted.sort_by(f64::total_cmp);
-        assert!(sorted.windows(2).all(|pair| pair[1] - pair[0] >= 20.0 - 1e-9), "{heights:?}");
-        assert!(heights[1] < heights[2] && heights[2] < heights[0] && heights[4] < heights[3], "{heights:?}");
-        assert!(sorted[4] <= 100.0);
-    }
-
-    #[test]
     fn every_curve_has_its_name_and_its_theory() {
         let points = (4..10).map(|k| (f64::from(1 << k), 0.3 / f64::from(1 << k).sqrt(), 0.1)).collect();
-        let curve = Curve { name: "cosine".into(), points, sigma: Some(0.3) };
+        let curve = Curve { name: "cosine".into(), points, sigma: Some(0.3), theory: [-0.5, -0.5] };
         let svg = convergence(std::slice::from_ref(&curve)).inline();
-        assert!(svg.contains("cosine") && svg.contains("class=\"s-first\""), "{svg}");
+        assert!(svg.contains("cosine") && svg.contains("0.3/√N") && svg.contains("class=\"s-first\""), "{svg}");
+        assert!(svg.contains("−1/2") && !svg.contains("−3/4"), "only the slopes that theory allows");
         let bare = convergence(&[Curve { sigma: None, ..curve }]).inline();
         assert!(bare.len() < svg.len());
         assert!(convergence(&[]).inline().contains("could not be drawn") && convergence(&[]).png().is_err());
+    }
+
+    #[test]
+    fn the_fan_stays_above_the_curves() {
+        let points: Vec<(f64, f64, f64)> = (4..14).map(|k| (f64::from(1 << k), 0.1, 0.1)).collect();
+        let curve =
+            Curve { name: String::new(), points: points.clone(), sigma: None, theory: [f64::NEG_INFINITY, -0.5] };
+        let x = Axis::log(10.0, 1e4);
+        let fan = Fan::new(&[curve], &x, points.iter().map(|p| (p.0, p.1)));
+        assert_eq!(fan.slopes.len(), 4);
+        assert!(fan.top * (fan.end / fan.start).powf(-1.5) > 0.1);
     }
 }

@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use plotters::prelude::*;
 
 use super::Figure;
-use super::style::{Role, SIZE, Sign, colour, framed, label, legend, line, px, ruled};
+use super::marks::{Sign, legend};
+use super::style::{Role, SIZE, colour, framed, label, line, px, ruled};
 use crate::report::probe::Histogram;
 
 /// A tick's number.
@@ -21,8 +22,8 @@ pub fn histogram(histogram: &Histogram) -> Figure<'_> {
     let place = move |bar: usize| bar as f64 + if bar >= n { 1.5 * (bar - n + 1) as f64 } else { 0.0 };
     let right = place(n + 1) + 2.0;
     let top = histogram.sampled.iter().chain(&histogram.claimed).copied().filter(|x| x.is_finite());
-    // The legend stands above the tallest bar.
-    let top = top.fold(1e-6, f64::max) * 1.3;
+    // The legend stands above the tallest bar and its name.
+    let top = top.fold(1e-6, f64::max) * 1.45;
     Figure::new("Sampled against claimed histogram", move |area| {
         let mut chart = framed(area, 64).build_cartesian_2d(0.0..right, 0.0..top)?;
         let mut mesh = chart.configure_mesh();

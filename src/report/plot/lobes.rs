@@ -35,7 +35,7 @@ pub fn lobes(lobes: &[Vec<(f64, f64)>]) -> Figure<'_> {
             chart.draw_series(LineSeries::new([ray(eye, 1.0), ray(eye, 1.06)], line(role, 4)))?;
             let (x, y) = (px(12 + 320 * (at % 2)), px(14 + 22 * (at / 2)));
             area.draw(&PathElement::new(vec![(x, y), (x + px(22), y)], line(role, 2)))?;
-            let text = format!("eye at {theta_deg}°, maximum {}", short(peak));
+            let text = format!("eye at {theta_deg}°, maximum {}/sr", short(peak));
             area.draw(&Text::new(text, (x + px(30), y - px(7)), label(Role::Ink)))?;
         }
         Ok(())

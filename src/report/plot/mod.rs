@@ -9,33 +9,52 @@ mod albedo;
 mod asymmetry;
 mod canvas;
 mod convergence;
+mod first_split;
 mod font;
+mod frame;
 mod histogram;
 mod lobes;
+mod marks;
 mod raster;
+mod roulette;
+mod shapes;
 mod style;
+mod variance;
 
 use std::fmt;
 
+use glam::DVec2;
 use plotters::prelude::{IntoDrawingArea, SVGBackend};
 use thiserror::Error;
 
+use crate::image::ImageError;
 use canvas::{Canvas, DENSITY};
 use style::{Area, Drawn, SIZE, colour, px, themed};
 
 pub use albedo::{ALBEDO_CUT, albedo};
 pub use asymmetry::asymmetry;
 pub use convergence::{Curve, convergence};
+pub use first_split::first_split;
 pub use font::text_width;
 pub use histogram::histogram;
 pub use lobes::{LOBE_ANGLES, lobes};
-pub use raster::{Raster, Turn};
+pub use raster::Raster;
+pub use roulette::{RoulettePoint, roulette};
 pub use style::css;
+pub use variance::variance;
 
 /// A plot, to be drawn.
 pub struct Figure<'a> {
     name: &'static str,
     draw: Box<dyn Fn(&Area<'_>) -> Drawn + 'a>,
+    picture: Option<Picture>,
+}
+
+/// A picture of pixels below what is drawn.
+struct Picture {
+    /// Its upper left and its lower right corner, in units of the drawing.
+    corners: [(i32, i32); 2],
+    raster: Raster,
 }
 
 /// A plot that cannot be drawn.
@@ -50,7 +69,11 @@ pub struct PlotError {
 
 impl<'a> Figure<'a> {
     fn new(name: &'static str, draw: impl Fn(&Area<'_>) -> Drawn + 'a) -> Self {
-        Self { name, draw: Box::new(draw) }
+        Self { name, draw: Box::new(draw), picture: None }
+    }
+
+    fn with_picture(self, picture: Picture) -> Self {
+        Self { picture: Some(picture), ..self }
     }
 
     fn draw_on(&self, canvas: Canvas<'_>) -> Result<(), PlotError> {
@@ -62,7 +85,16 @@ impl<'a> Figure<'a> {
     fn themed_svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
         self.draw_on(Canvas::Svg(SVGBackend::with_string(&mut svg, units())))?;
-        Ok(themed(&svg, self.name))
+        let mut svg = themed(&svg, self.name);
+        if let Some(picture) = &self.picture {
+            let head_end = svg.find('>').map_or(0, |at| at + 1);
+            svg.insert_str(head_end, &picture.svg().map_err(|error| self.failed(&error))?);
+        }
+        Ok(svg)
+    }
+
+    fn failed(&self, error: &ImageError) -> PlotError {
+        PlotError { name: self.name, reason: error.to_string() }
     }
 
     /// The SVG for a page that has the rules of [`css`]; a plot that cannot be drawn says so.
@@ -89,14 +121,48 @@ impl<'a> Figure<'a> {
         let [width, height] = [size.0, size.1].map(|side| (f64::from(side) * DENSITY) as usize);
         let paper = colour(style::Role::Paper);
         let mut raster = Raster::new(width, height, [paper.0, paper.1, paper.2]);
+        if let Some(picture) = &self.picture {
+            picture.draw_on(&mut raster);
+        }
         self.draw_on(Canvas::Raster { raster: &mut raster, size })?;
         Ok(raster)
     }
 
     /// The content of a PNG file that holds the picture.
     pub fn png(&self) -> Result<Vec<u8>, PlotError> {
-        let failed = |error: crate::image::ImageError| PlotError { name: self.name, reason: error.to_string() };
-        self.raster()?.png().map_err(failed)
+        self.raster()?.png().map_err(|error| self.failed(&error))
+    }
+}
+
+impl Picture {
+    /// An element that holds its pixels, each of them sharp: those of a small picture are made larger, since not every
+    /// viewer heeds the style.
+    fn svg(&self) -> Result<String, ImageError> {
+        const WIDE: usize = 640;
+        let zoom = (WIDE / self.raster.width().max(1)).max(1);
+        let mut shown = Raster::new(self.raster.width() * zoom, self.raster.height() * zoom, [0; 3]);
+        shown.paste_zoomed(&self.raster, zoom);
+        let [(left, top), (right, bottom)] = self.corners;
+        let (width, height) = (right - left, bottom - top);
+        Ok(format!(
+            "\n<image x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>",
+            font::base64(&shown.png()?)
+        ))
+    }
+
+    /// The same on a raster: the pixels under the middle of each of its own.
+    fn draw_on(&self, raster: &mut Raster) {
+        let [from, to] = self.corners.map(|(x, y)| DENSITY * DVec2::new(x.into(), y.into()));
+        let scale = DVec2::new(self.raster.width() as f64, self.raster.height() as f64) / (to - from);
+        for y in from.y as usize..to.y as usize {
+            for x in from.x as usize..to.x as usize {
+                let at = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - from) * scale;
+                if let Some(colour) = self.raster.pixel(at.x as usize, at.y as usize) {
+                    raster.fill(x..x + 1, y..y + 1, colour);
+                }
+            }
+        }
     }
 }
 

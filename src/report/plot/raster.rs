@@ -1,4 +1,4 @@
-//! A picture of pixels that can be written and drawn on, with smooth edges.
+//! A picture of pixels that can be written on.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ pub struct Raster {
 
 /// The way in which a line of text runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub(super) enum Turn {
     /// To the right.
     Right,
     /// Upwards.
@@ -65,6 +65,16 @@ impl Raster {
         }
     }
 
+    /// Copies a picture into the upper left corner, each of its pixels as a square of `zoom` x `zoom`.
+    pub(super) fn paste_zoomed(&mut self, picture: &Self, zoom: usize) {
+        for y in 0..picture.height {
+            for x in 0..picture.width {
+                let colour = picture.pixels[y * picture.width + x];
+                self.fill(x * zoom..(x + 1) * zoom, y * zoom..(y + 1) * zoom, colour);
+            }
+        }
+    }
+
     /// Writes a line of text: its baseline starts at `at`, an em has `em` pixels. Its width is
     /// [`text_width`](super::text_width).
     pub fn text(&mut self, text: &str, at: DVec2, em: f64, colour: [u8; 3]) {
@@ -90,90 +100,6 @@ impl Raster {
         });
     }
 
-    /// A line through `points`, `width` pixels wide, with blunt ends and round corners.
-    pub(super) fn stroke(&mut self, points: &[DVec2], width: f64, colour: [u8; 3], opacity: f64) {
-        let half = 0.5 * width;
-        let segments: Vec<(DVec2, DVec2)> = match *points {
-            // A level or upright line fills whole pixels.
-            [a, b] if a.x == b.x || a.y == b.y => vec![snapped(a, b, half)],
-            _ => points.windows(2).map(|ends| (ends[0], ends[1])).collect(),
-        };
-        let Some((x_range, y_range)) = self.bounds(points, half + 1.0) else { return };
-        let columns = (x_range.end - x_range.start) as usize;
-        // The largest coverage of all parts: where they overlap, the line is not darker.
-        let mut mask = vec![0.0_f64; columns * (y_range.end - y_range.start) as usize];
-        let mut part = |ends: [DVec2; 2], covered: &dyn Fn(DVec2) -> f64| {
-            let Some((xs, ys)) = self.bounds(&ends, half + 1.0) else { return };
-            for y in ys {
-                for x in xs.clone() {
-                    let at = (y - y_range.start) as usize * columns + (x - x_range.start) as usize;
-                    mask[at] = mask[at].max(covered(centre(x, y)));
-                }
-            }
-        };
-        for &(a, b) in &segments {
-            let length = a.distance(b);
-            if length > 0.0 {
-                let along = (b - a) / length;
-                part([a, b], &|p| {
-                    let t = (p - a).dot(along);
-                    let beside = (p - a).perp_dot(along).abs();
-                    let ends = (t + 0.5).min(length - t + 0.5).clamp(0.0, 1.0);
-                    // A hair of less than a pixel is pale rather than broken.
-                    ends * (half + 0.5 - beside).clamp(0.0, width.min(1.0))
-                });
-            }
-        }
-        for &corner in points.iter().take(points.len().saturating_sub(1)).skip(1) {
-            part([corner; 2], &|p| (half + 0.5 - p.distance(corner)).clamp(0.0, width.min(1.0)));
-        }
-        for y in y_range.clone() {
-            for x in x_range.clone() {
-                let covered = mask[(y - y_range.start) as usize * columns + (x - x_range.start) as usize];
-                self.blend(x, y, colour, covered * opacity);
-            }
-        }
-    }
-
-    /// A filled circle.
-    pub(super) fn disc(&mut self, at: DVec2, radius: f64, colour: [u8; 3], opacity: f64) {
-        let Some((xs, ys)) = self.bounds(&[at], radius + 1.0) else { return };
-        for y in ys {
-            for x in xs.clone() {
-                let covered = (radius + 0.5 - centre(x, y).distance(at)).clamp(0.0, 1.0);
-                self.blend(x, y, colour, covered * opacity);
-            }
-        }
-    }
-
-    /// A filled polygon; what it surrounds twice is outside.
-    pub(super) fn polygon(&mut self, corners: &[DVec2], colour: [u8; 3], opacity: f64) {
-        // Rows are sampled this often; along a row, the coverage is exact.
-        const LINES: i32 = 8;
-        let Some((xs, ys)) = self.bounds(corners, 1.0) else { return };
-        for y in ys {
-            let mut covered = vec![0.0; (xs.end - xs.start) as usize];
-            for line in 0..LINES {
-                let height = f64::from(y) + (f64::from(line) + 0.5) / f64::from(LINES);
-                let mut crossings: Vec<f64> = (0..corners.len())
-                    .map(|i| (corners[i], corners[(i + 1) % corners.len()]))
-                    .filter(|(a, b)| (a.y <= height) != (b.y <= height))
-                    .map(|(a, b)| a.x + (height - a.y) / (b.y - a.y) * (b.x - a.x))
-                    .collect();
-                crossings.sort_by(f64::total_cmp);
-                for pair in crossings.chunks_exact(2) {
-                    for (x, covered) in xs.clone().zip(&mut covered) {
-                        let x = f64::from(x);
-                        *covered += ((x + 1.0).min(pair[1]) - x.max(pair[0])).max(0.0) / f64::from(LINES);
-                    }
-                }
-            }
-            for (x, covered) in xs.clone().zip(covered) {
-                self.blend(x, y, colour, covered * opacity);
-            }
-        }
-    }
-
     /// Mixes `share` of a colour into a pixel.
     pub(super) fn blend(&mut self, x: i32, y: i32, colour: [u8; 3], share: f64) {
         let inside = |at: i32, size: usize| usize::try_from(at).ok().filter(|&at| at < size);
@@ -186,7 +112,7 @@ impl Raster {
     }
 
     /// The pixels within `reach` of the box around `points`, cut to the picture; None where there are none.
-    fn bounds(&self, points: &[DVec2], reach: f64) -> Option<(Range<i32>, Range<i32>)> {
+    pub(super) fn bounds(&self, points: &[DVec2], reach: f64) -> Option<(Range<i32>, Range<i32>)> {
         let low = points.iter().copied().reduce(DVec2::min)? - reach;
         let high = points.iter().copied().reduce(DVec2::max)? + reach;
         let range = |low: f64, high: f64, size: usize| {
@@ -208,20 +134,10 @@ impl Raster {
     }
 }
 
-fn centre(x: i32, y: i32) -> DVec2 {
-    DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
-}
-
-/// The level or upright line from `a` to `b` moved by less than a pixel, so that its sides lie between pixels.
-fn snapped(mut a: DVec2, mut b: DVec2, half: f64) -> (DVec2, DVec2) {
-    if a.x == b.x {
-        a.x = (a.x - half).round() + half;
-        b.x = a.x;
-    } else {
-        a.y = (a.y - half).round() + half;
-        b.y = a.y;
-    }
-    (a, b)
+/// How much of a white picture is black, in pixels.
+#[cfg(test)]
+pub(super) fn ink(raster: &Raster) -> f64 {
+    raster.pixels.iter().map(|p| 1.0 - f64::from(p[0]) / 255.0).sum()
 }
 
 #[cfg(test)]
@@ -230,30 +146,6 @@ mod tests {
 
     const WHITE: [u8; 3] = [255; 3];
     const BLACK: [u8; 3] = [0; 3];
-
-    fn ink(raster: &Raster) -> f64 {
-        raster.pixels.iter().map(|p| 1.0 - f64::from(p[0]) / 255.0).sum()
-    }
-
-    #[test]
-    fn shapes_cover_their_areas() {
-        let drawn = |draw: &dyn Fn(&mut Raster)| {
-            let mut raster = Raster::new(60, 60, WHITE);
-            draw(&mut raster);
-            ink(&raster)
-        };
-        let at = DVec2::new;
-        // The edge of a disc is taken as straight within a pixel, and 8 bits round by 1/510 in each of 200 pixels.
-        assert!((drawn(&|r| r.disc(at(30.2, 29.6), 10.0, BLACK, 1.0)) - 314.2).abs() < 1.0);
-        let corners = [at(5.3, 5.0), at(45.3, 5.0), at(5.3, 35.0)];
-        assert!((drawn(&|r| r.polygon(&corners, BLACK, 1.0)) - 600.0).abs() < 1.0, "half of 40 x 30");
-        assert!((drawn(&|r| r.stroke(&[at(10.0, 10.0), at(40.0, 50.0)], 3.0, BLACK, 1.0)) - 150.0).abs() < 2.0);
-        assert!((drawn(&|r| r.stroke(&[at(10.0, 10.3), at(40.0, 10.3)], 2.0, BLACK, 0.5)) - 30.0).abs() < 1.0);
-        // A line back over itself is not darker.
-        let once = drawn(&|r| r.stroke(&[at(9.0, 9.0), at(40.0, 30.0)], 2.0, BLACK, 0.5));
-        let twice = drawn(&|r| r.stroke(&[at(9.0, 9.0), at(40.0, 30.0), at(9.0, 9.0)], 2.0, BLACK, 0.5));
-        assert!(twice - once < 1.0, "{once} {twice}");
-    }
 
     #[test]
     fn a_turned_text_has_the_same_ink_and_what_is_outside_is_cut_off() {

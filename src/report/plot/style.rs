@@ -5,6 +5,7 @@ use std::error::Error;
 use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::canvas::{Canvas, width_of};
 use super::font::FAMILY;
@@ -85,6 +86,11 @@ pub(super) fn label(role: Role) -> TextStyle<'static> {
     (FAMILY, px(FONT_SIZE)).into_font().color(&colour(role))
 }
 
+/// A label whose anchor is not its upper left corner.
+pub(super) fn anchored(role: Role, h: HPos, v: VPos) -> TextStyle<'static> {
+    label(role).pos(Pos::new(h, v))
+}
+
 /// Width of a label in units of the drawing.
 pub(super) fn label_width(text: &str) -> i32 {
     width_of(text, f64::from(px(FONT_SIZE))).ceil() as i32
@@ -104,32 +110,6 @@ pub(super) fn ruled<X: Ranged, Y: Ranged>(mesh: &mut MeshStyle<'_, '_, X, Y, Can
         .bold_line_style(line(Role::Grid, 1))
         .light_line_style(TRANSPARENT)
         .label_style(label(Role::Ink));
-}
-
-/// The sign of an entry in a legend.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Sign {
-    Line(ShapeStyle),
-    Box(ShapeStyle),
-}
-
-/// A column of signs with their names, whose upper corner is at `corner`: the left one, or with `leftwards` the right.
-pub(super) fn legend(area: &Area<'_>, corner: (i32, i32), leftwards: bool, entries: &[(Sign, &str)]) -> Drawn {
-    let width = px(22 + 8 + 16) + entries.iter().map(|(_, name)| label_width(name)).max().unwrap_or(0);
-    let (left, top) = (corner.0 - if leftwards { width } else { 0 }, corner.1);
-    let height = px(12) + entries.iter().map(|_| px(20)).sum::<i32>();
-    let frame = [(left, top), (left + width, top + height)];
-    area.draw(&Rectangle::new(frame, colour(Role::Paper).filled()))?;
-    area.draw(&Rectangle::new(frame, line(Role::Grid, 1)))?;
-    for (row, (sign, name)) in (0_i32..).zip(entries) {
-        let (x, y) = (left + px(8), top + px(16 + 20 * row));
-        match *sign {
-            Sign::Line(style) => area.draw(&PathElement::new(vec![(x, y), (x + px(22), y)], style))?,
-            Sign::Box(style) => area.draw(&Rectangle::new([(x, y - px(6)), (x + px(22), y + px(6))], style))?,
-        }
-        area.draw(&Text::new((*name).to_string(), (x + px(30), y - px(5)), label(Role::Ink)))?;
-    }
-    Ok(())
 }
 
 /// The rules that go with the plots' classes: to stand in a `<style>` of the page or of the SVG itself.

@@ -2,30 +2,31 @@
 
 use crate::sampling::stream;
 
+pub(super) use stream::unit;
+
 /// A hash of two numbers: SplitMix64's output `b` steps after `a`.
 #[inline]
 pub(super) fn mix(a: u64, b: u64) -> u64 {
     stream::mix(a.wrapping_add(b.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
 }
 
-/// Owen's nested uniform scramble of a binary fraction: a digit is flipped or not as the seed and all digits above it
-/// say. So points of one elementary interval stay together, and which interval they come to is random at every level.
+/// A random bijection whose digits depend on those below alone: sums and products of integers carry upwards only.
 ///
-/// In reversed order, "above" becomes "below", and sums and products of integers carry upwards only: each of the steps is
-/// a bijection whose digits depend on those below alone.
+/// With its digits in reversed order, "below" becomes "above": this is Owen's nested uniform scramble of a binary fraction.
+/// A digit is flipped or not as the seed and all digits above it say, so points of one elementary interval stay together,
+/// and which interval they come to is random at every level.
 ///
 /// # References
 /// - Owen 1995, Randomly permuted (t,m,s)-nets and (t,s)-sequences
 /// - Laine & Karras 2011, Stratified sampling for stochastic transparency, CGF 30(4)
 /// - Burley 2020, Practical hash-based Owen scrambling, JCGT 10(4); constants: Vegdahl 2021
 #[inline]
-pub(super) fn scramble(fraction: u32, seed: u32) -> u32 {
-    let x = fraction.reverse_bits();
+pub(super) fn carried(x: u32, seed: u32) -> u32 {
     let x = x ^ x.wrapping_mul(0x3d20_adea);
     let x = x.wrapping_add(seed);
     let x = x.wrapping_mul((seed >> 16) | 1);
     let x = x ^ x.wrapping_mul(0x0552_6c56);
-    (x ^ x.wrapping_mul(0x53a2_2864)).reverse_bits()
+    x ^ x.wrapping_mul(0x53a2_2864)
 }
 
 /// A permutation of 0..count, `i` being below `count`: bijections of the next power of two, until they fall below, and a
@@ -52,12 +53,6 @@ pub(super) fn permuted(i: u32, count: u32, seed: u64) -> u32 {
     let rotation = ((stream::mix(seed) >> 32) * u64::from(count)) >> 32;
     let rotated = u64::from(x) + rotation;
     (if rotated < u64::from(count) { rotated } else { rotated - u64::from(count) }) as u32
-}
-
-/// The fraction of 32 binary digits, with the lower ones from a hash: uniform in [0, 1) to 53 digits.
-#[inline]
-pub(super) fn unit(digits: u32, below: u64) -> f64 {
-    stream::unit(u64::from(digits) << 32 | below >> 32)
 }
 
 /// `x`, or the largest number below 1: a sum or division may round up to 1.

@@ -6,7 +6,7 @@
 //! | `jittered` | squares | N^(−1), N^(−3/4) |
 //! | `multi-jittered` | squares | N^(−1), N^(−3/4) |
 //! | `halton` | any; 2^i 3^k above all | N^(−1) to N^(−3/2), N^(−3/4) |
-//! | `lattice` | Fibonacci's; any | N^(−1), N^(−3/4) |
+//! | `lattice` | powers of two | N^(−1), N^(−3/4) |
 //! | `sobol` | powers of two | N^(−3/2), N^(−3/4) |
 //! | `blue-sobol` | powers of two | as `sobol`, and neighbouring pixels cancel each other's errors |
 //!

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::hash::{mix, scramble, unit};
+use super::hash::{carried, mix, unit};
 use crate::sampling::sampler::Sampler;
 
 /// The first two dimensions of Sobol's sequence, scrambled by Owen's method; for every further dimension or pair the same
@@ -17,7 +17,8 @@ pub struct Sobol {
     over_pixels: Option<OverPixels>,
     /// The hash of all that has a sequence of its own.
     sequence: u64,
-    index: u32,
+    /// The number of the sample there, its digits reversed.
+    inverse: u32,
     dimension: u64,
 }
 
@@ -36,7 +37,7 @@ struct OverPixels {
 impl Sobol {
     /// The sampler of this seed, at sample 0 of pixel 0. Each pixel has a sequence of its own.
     pub fn new(seed: u64) -> Self {
-        let mut sampler = Self { seed, over_pixels: None, sequence: 0, index: 0, dimension: 0 };
+        let mut sampler = Self { seed, over_pixels: None, sequence: 0, inverse: 0, dimension: 0 };
         sampler.begin(0, 0);
         sampler
     }
@@ -55,13 +56,22 @@ impl Sobol {
         sampler
     }
 
-    /// The shuffled index, its digits reversed: the first dimension of the sequence; and the hash of the dimension.
+    /// The sample's number in the order of the next dimension, and the hash of that. Reversed, its digits are the first
+    /// dimension of the sequence.
     #[inline]
     fn next(&mut self) -> (u32, u64) {
         let hash = mix(self.sequence, self.dimension);
         self.dimension += 1;
-        // A scrambled index is another order within each block of 2^k, which stays a block.
-        (scramble(self.index, hash as u32).reverse_bits(), hash)
+        // Another order within each block of 2^k, which stays a block.
+        (carried(self.inverse, hash as u32).reverse_bits(), hash)
+    }
+
+    /// Digits below the 32 of the sequence, the upper half for one coordinate and the lower one for another.
+    #[inline]
+    fn below(&self, hash: u64) -> u64 {
+        // In a product, digits depend on all below: the upper half on most.
+        let product = (hash ^ u64::from(self.inverse)).wrapping_mul(0xd6e8_feb8_6659_fd93);
+        product ^ product >> 32
     }
 }
 
@@ -88,55 +98,49 @@ fn spread(x: u32) -> u32 {
     (x | x << 1) & 0x5555_5555
 }
 
-/// The second dimension of Sobol's sequence: its matrix is Pascal's triangle modulo 2. `fraction` is the reversed index.
+/// The number whose reversed digits are the second dimension of Sobol's sequence; the matrix of that is Pascal's triangle
+/// modulo 2.
 #[inline]
-fn second_dimension(fraction: u32) -> u32 {
+fn second_dimension(number: u32) -> u32 {
     // Row by row of Pascal's triangle: the product with the matrix by doubling, since binomials modulo 2 are those of the
     // digits (Lucas): C(2m, ·) repeats C(m, ·).
-    let mut x = fraction;
-    x ^= (x & 0x5555_5555) << 1;
-    x ^= (x & 0x3333_3333) << 2;
-    x ^= (x & 0x0f0f_0f0f) << 4;
-    x ^= (x & 0x00ff_00ff) << 8;
-    x ^= (x & 0x0000_ffff) << 16;
-    x
+    let mut x = number;
+    x ^= (x >> 1) & 0x5555_5555;
+    x ^= (x >> 2) & 0x3333_3333;
+    x ^= (x >> 4) & 0x0f0f_0f0f;
+    x ^= (x >> 8) & 0x00ff_00ff;
+    x ^ (x >> 16)
 }
 
 impl Sampler for Sobol {
     #[inline]
     fn begin(&mut self, pixel: u64, sample: u64) {
-        let (sequence, index) = match self.over_pixels {
+        let (sequence, number) = match self.over_pixels {
             // Beyond 2³² samples another sequence begins.
             None => (mix(pixel, sample >> 32), sample as u32),
             Some(over_pixels) => over_pixels.place(pixel, sample),
         };
         self.sequence = mix(self.seed, sequence);
-        self.index = index;
+        self.inverse = number.reverse_bits();
         self.dimension = 0;
     }
 
     #[inline]
     fn next_1d(&mut self) -> f64 {
-        let (fraction, hash) = self.next();
-        let x = scramble(fraction, (hash >> 32) as u32);
-        unit(x, below(hash, self.index))
+        let (number, hash) = self.next();
+        let x = carried(number, (hash >> 32) as u32).reverse_bits();
+        unit(u64::from(x) << 32 | self.below(hash) >> 32)
     }
 
     #[inline]
     fn next_2d(&mut self) -> DVec2 {
-        let (fraction, hash) = self.next();
-        let x = scramble(fraction, (hash >> 32) as u32);
+        let (number, hash) = self.next();
+        let x = carried(number, (hash >> 32) as u32);
         // The third seed that the hash has to give: its halves together, multiplied by an odd number.
-        let y = scramble(second_dimension(fraction), ((hash >> 16) as u32).wrapping_mul(0x9e37_79b1));
-        let below = below(hash, self.index);
-        DVec2::new(unit(x, below), unit(y, below << 32))
+        let y = carried(second_dimension(number), ((hash >> 16) as u32).wrapping_mul(0x9e37_79b1));
+        // Both at once: the lower half of the one becomes the upper half of the other.
+        let both = (u64::from(y) << 32 | u64::from(x)).reverse_bits();
+        let below = self.below(hash);
+        DVec2::new(unit(both & !0xffff_ffff | below >> 32), unit(both << 32 | below & 0xffff_ffff))
     }
-}
-
-/// Digits below the 32 of the sequence, of either coordinate.
-#[inline]
-fn below(hash: u64, index: u32) -> u64 {
-    // The product's upper half depends on all digits of its factors.
-    let product = (hash ^ u64::from(index)).wrapping_mul(0xd6e8_feb8_6659_fd93);
-    (product ^ product >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
