@@ -151,9 +151,9 @@ impl EndLabel {
     pub(super) fn draw(labels: &[Self], area: &Area<'_>, x: i32, (top, bottom): (i32, i32)) -> Drawn {
         // The first row belongs beside the line's end.
         let wanted: Vec<(i32, i32)> =
-            labels.iter().map(|label| (label.end.1 - (ROW + GAP) / 2, label.height())).collect();
+            labels.iter().map(|label| (label.end.1 - i32::midpoint(ROW, GAP), label.height())).collect();
         for (label, top) in labels.iter().zip(spread(&wanted, top, bottom)) {
-            let first = top + (ROW + GAP) / 2;
+            let first = top + i32::midpoint(ROW, GAP);
             let leader = vec![(x + px(2), label.end.1), (x + LEADER - px(3), first)];
             area.draw(&PathElement::new(leader, line(label.role, 1)))?;
             for (row, (shown, text)) in (0_i32..).zip(&label.rows) {
