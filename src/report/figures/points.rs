@@ -20,8 +20,8 @@ pub const SET: Set = Set {
     make: || tables(&studies()),
 };
 
-/// Means of each number of points: the slope over five powers of four is then known to .027 at 99 %.
-const REPLICATES: u64 = 256;
+/// Means of each number of points: the slope over five powers of four is then known to .037 at 99 %.
+const REPLICATES: u64 = 128;
 
 /// Powers of four are squares, as grids want it, and powers of two, as nets do.
 const COUNTS: [u64; 5] = [64, 256, 1024, 4096, 16384];
