@@ -26,7 +26,7 @@ const PANELS: usize = 60;
 
 /// The radiance that `bsdf` reflects towards `wo` of a light that fills the cone of `half_angle` about the mirror direction.
 ///
-/// `wo` above the horizon, the whole cone as well: `half_angle` [rad] is less than the angle of `wo` from the horizon.
+/// `wo` above the horizon, the whole cone as well: `half_angle`, in radians, is less than the angle of `wo` from the horizon.
 /// `bsdf` is opaque and has no Dirac lobes.
 pub fn highlight<'a>(name: &str, bsdf: &'a dyn Bsdf, wo: DVec3, half_angle: f64) -> Target<'a> {
     let seen = Seen { bsdf, wo, frame: Frame::about(mirror(wo)), half_angle };
