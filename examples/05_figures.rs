@@ -1,43 +1,25 @@
-//! The README's figure and the numbers behind it. With a folder as argument, both are written there:
+//! The numbers behind the README's figure: Phong's lobe divided by n·l, from both sides.
 //!
-//! `cargo run --release --example 05_figures -- notebooks-data`
+//! `whitefurnace notebooks-data` writes them, the figure itself and all the others; `report::figures` is where they come from.
 #![allow(clippy::print_stdout, reason = "an example prints its findings")]
 
-use std::env;
-use std::error::Error;
-use std::fs;
-use std::path::PathBuf;
-
-use whitefurnace::math::sphere::direction;
 use whitefurnace::prelude::*;
-use whitefurnace::report::plot;
-use whitefurnace::report::probe::albedo_curve;
-use whitefurnace::report::table::{Align, Table};
+use whitefurnace::report::figures::phong::{albedos, onset_deg};
+use whitefurnace::report::table::{Align, Table, short};
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let phong = Phong::new(100.0, 0.0, 1.0, PhongNorm::DensityNPlus1)?.with_division(true);
-    let (eye, light) = (albedo_curve(&phong, Side::Eye), albedo_curve(&phong, Side::Light));
-    let figure = plot::albedo(&eye, &light).svg()?;
-
-    let hemisphere = Hemisphere { tol: 1e-9, ..Hemisphere::default() };
-    let columns = ["theta_deg", "albedo_eye", "albedo_light"];
-    let mut numbers = Table::new(&columns.map(|name| (name, Align::Right)));
-    for theta_deg in [0.0, 30.0, 60.0, 70.0, 75.0, 80.0, 85.0, 87.0, 89.0_f64] {
-        let w = direction(theta_deg.to_radians(), 0.0);
-        let [eye, light] = [Side::Eye, Side::Light].map(|side| hemisphere.albedo(&phong, side, w));
-        assert!(eye.resolved && light.resolved);
-        // 1 and the tolerance: the eye never sees the gain, the light shows it from 80.16° on.
-        assert!(eye.value.max_channel() <= 1.0 + 1e-9);
-        assert_eq!(light.value.max_channel() > 1.0, theta_deg > 80.16, "{theta_deg}");
-        // Nine decimals, as many as the tolerance allows.
-        let shown = [eye, light].map(|a| format!("{:.9}", a.value.max_channel()));
-        let [eye, light] = shown;
-        numbers.row([theta_deg.to_string(), eye, light]);
+fn main() {
+    let norm = PhongNorm::DensityNPlus1;
+    let onset = onset_deg(100.0, norm);
+    let mut table = Table::new(&["theta_deg", "albedo, eye fixed", "albedo, light fixed"].map(|h| (h, Align::Right)));
+    let forms = albedos(&[100.0]);
+    let side = |side| forms.iter().filter(move |a| a.norm == norm && a.divide && a.side == side);
+    for (eye, light) in side(Side::Eye).zip(side(Side::Light)) {
+        // The eye never sees the gain; the light shows it from 80.15° on. Both forms of each value agree within its error.
+        assert!(eye.closed_form <= 1.0 + 1e-12, "a rounding at the normal, where it is 1");
+        assert_eq!(light.closed_form > 1.0, light.theta_deg > onset, "{light:?}");
+        assert!([eye, light].iter().all(|a| (a.closed_form - a.quadrature).abs() <= a.error.max(1e-12)));
+        table.row([short(eye.theta_deg), short(eye.closed_form), short(light.closed_form)]);
     }
-    println!("{}", numbers.text(""));
-    if let Some(folder) = env::args_os().nth(1).map(PathBuf::from) {
-        fs::write(folder.join("two_sides_of_phong.svg"), figure)?;
-        fs::write(folder.join("two_sides_of_phong.csv"), numbers.csv())?;
-    }
-    Ok(())
+    println!("{}", table.text(""));
+    println!("with the light fixed, energy is gained from {onset:.2} degrees on");
 }

@@ -8,8 +8,7 @@ use family::Family;
 use whitefurnace::bsdf::subject::parse;
 use whitefurnace::converge::roulette::Furnace;
 use whitefurnace::converge::variance::variance_std_err;
-use whitefurnace::converge::{Estimator, Study, Theory, Verdict, albedo, irradiance};
-use whitefurnace::glam::DVec2;
+use whitefurnace::converge::{Estimator, Study, Target, Theory, Verdict, albedo, irradiance, square};
 use whitefurnace::integrate::Estimate;
 use whitefurnace::math::sphere::direction_mu;
 use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
@@ -108,10 +107,10 @@ fn a_bias_is_no_rate_and_little_data_no_verdict() {
 
 /// Fits over N = 64 to 16384, in powers of `base`, with 256 replicates: the slope's standard error is then .008 for powers of
 /// two and .010 for powers of four. With 64 it would be twice that, and chance alone could break the tolerances below.
-fn rate(kind: SamplerKind, number: u64, base: u64, draw: fn(DVec2) -> f64, exact: f64) -> (f64, Verdict, Verdict) {
+fn rate(kind: SamplerKind, number: u64, base: u64, target: &Target) -> (f64, Verdict, Verdict) {
     let counts: Vec<u64> = (0..9).map(|k| 64 * base.pow(k)).filter(|&n| n <= 16_384).collect();
     let study = Study { counts, replicates: 256, seed: 1, number, sampler: kind };
-    let found = study.run(&estimator(move |sampler| draw(sampler.next_2d())), exact, 0.0);
+    let found = study.run(&target.estimators[0], target.exact, target.error);
     let slope = found.fit.expect("a fit").slope;
     let [own, independent] = [kind, SamplerKind::Independent].map(|kind| found.verdict(&Theory::of(kind), LEVEL));
     (slope, own, independent)
@@ -119,9 +118,7 @@ fn rate(kind: SamplerKind, number: u64, base: u64, draw: fn(DVec2) -> f64, exact
 
 #[test]
 fn points_converge_as_theory_says_and_not_as_something_else() {
-    let smooth: (fn(DVec2) -> f64, f64) = (|p| (p.x + p.y).exp(), (std::f64::consts::E - 1.0).powi(2));
-    // Below an oblique line that leaves the square on its sides: .3 + .6 / 2 of it.
-    let edge: (fn(DVec2) -> f64, f64) = (|p| f64::from(u8::from(p.y < 0.3 + 0.6 * p.x)), 0.6);
+    let [smooth, edge] = ["smooth", "edge"].map(|name| square::square(name).expect("a target"));
     // The rates and tolerances of independent and jittered points, and of Sobol's at the edge, are those of independent
     // measurements, those of multi-jittered points are of theory; both are best at squares. For smooth integrands in two dimensions the error of scrambled nets
     // is N^(-3/2), times √ln N at most: over this range that is .076 of the exponent. Four standard errors are allowed.
@@ -135,10 +132,9 @@ fn points_converge_as_theory_says_and_not_as_something_else() {
     .into_iter()
     .enumerate()
     {
-        for (k, (((draw, exact), expected), tolerance)) in
-            [smooth, edge].into_iter().zip(rates).zip(tolerances).enumerate()
+        for (k, ((target, expected), tolerance)) in [&smooth, &edge].into_iter().zip(rates).zip(tolerances).enumerate()
         {
-            let (slope, own, independent) = rate(kind, (300 + 2 * i + k) as u64, base, draw, exact);
+            let (slope, own, independent) = rate(kind, (300 + 2 * i + k) as u64, base, target);
             let (steepest, flattest) = expected;
             assert!((steepest - tolerance..=flattest + tolerance).contains(&slope), "{kind:?} {k}: {slope}");
             assert_eq!(own, Verdict::Agrees, "{kind:?} {k}: {slope}");

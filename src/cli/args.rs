@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use super::compare::{self, CompareArgs};
+use super::contact_sheet::{self, ContactSheetArgs};
 use super::converge::ConvergeArgs;
 use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
+use super::notebooks_data::{self, NotebooksDataArgs};
 use super::plot::PlotArgs;
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
@@ -99,6 +101,12 @@ pub(super) enum Command {
     /// Merges renderings of one scene: mean, variance and count of all samples together
     #[command(after_help = merge::HELP)]
     Merge(MergeArgs),
+    /// Renders the lecture's pictures of samples and bounces as one sheet
+    #[command(after_help = contact_sheet::HELP)]
+    ContactSheet(ContactSheetArgs),
+    /// Makes the data behind the figures and notebooks again
+    #[command(after_help = notebooks_data::HELP)]
+    NotebooksData(NotebooksDataArgs),
     /// Draws one plot as SVG or PNG
     Plot(PlotArgs),
     /// Runs every known-broken model through the sheet: each must be rejected, each correct original must pass

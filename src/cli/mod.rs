@@ -7,12 +7,14 @@
 mod albedo;
 mod args;
 mod compare;
+mod contact_sheet;
 mod converge;
 mod eval;
 mod furnace;
 mod job;
 mod list;
 mod merge;
+mod notebooks_data;
 mod plot;
 mod progress;
 mod render;
@@ -76,6 +78,8 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Sample(args) => sample::run(&job::sample(&args)?, &mut out),
         Command::Furnace(args) => furnace::run(args, &mut out, terminal),
         Command::Converge(args) => converge::run(&args, &mut out),
+        Command::ContactSheet(args) => contact_sheet::run(&args, &mut out),
+        Command::NotebooksData(args) => notebooks_data::run(&args, &mut out),
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Render(args) => render::run(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),

@@ -1,6 +1,7 @@
 //! SCENE on the command line: a file, or the name of a built-in scene.
 
 use std::fmt;
+use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -70,4 +71,9 @@ impl fmt::Display for SceneOptions {
 fn param(text: &str) -> Result<(String, String), String> {
     let pair = text.split_once('=').filter(|(name, _)| !name.is_empty());
     pair.map(|(name, value)| (name.into(), value.into())).ok_or_else(|| "allowed is name=value".into())
+}
+
+/// Says on standard error what the scene asked for and did not get.
+pub(super) fn warn(loaded: &Loaded) -> io::Result<()> {
+    loaded.warnings.iter().try_for_each(|warning| writeln!(io::stderr(), "warning: {warning}"))
 }

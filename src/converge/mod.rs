@@ -6,9 +6,12 @@
 
 pub mod albedo;
 pub mod first_split;
+pub mod highlight;
 pub mod image;
 pub mod irradiance;
 pub mod roulette;
+mod spread;
+pub mod square;
 pub mod study;
 pub mod variance;
 

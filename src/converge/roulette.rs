@@ -3,9 +3,9 @@
 //! Every reflection brings albedo ρ of the light. Roulette lets a path go on with probability q and divides it by that, so
 //! that a path of K reflections brings X = w + w² + … + w^K with w = ρ/q, and P(K ≥ k) = q^k. Then
 //!
-//! E[X] = ρ / (1 − ρ),   Var[X] = ρ² (1 − q) / ((1 − ρ)² (q − ρ²))  for q > ρ², else ∞
+//! E\[X\] = ρ / (1 − ρ),   Var\[X\] = ρ² (1 − q) / ((1 − ρ)² (q − ρ²))  for q > ρ², else ∞
 //!
-//! since E[X²] is a geometric series of ratio w² q = ρ²/q. The fourth moment, which says how well a sample tells the
+//! since E\[X²\] is a geometric series of ratio w² q = ρ²/q. The fourth moment, which says how well a sample tells the
 //! variance, has the ratio w⁴ q = ρ⁴/q³: it is finite for q > ρ^(4/3) alone.
 //! # References
 //! - Arvo & Kirk 1990, Particle transport and image synthesis, SIGGRAPH (roulette; the variance follows as above)

@@ -21,6 +21,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub use error::ImageError;
+pub use png::preview;
 
 /// The most pixels that a file may declare: 16384 x 16384.
 pub const MAX_PIXELS: usize = 1 << 28;

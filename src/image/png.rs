@@ -56,14 +56,18 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
     Ok(image)
 }
 
+/// A linear colour in 8-bit sRGB, cut off at black and white; magenta where it is NaN.
+pub fn preview(rgb: [f64; 3]) -> [u8; 3] {
+    let byte = |v: f64| (srgb::encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    if rgb.iter().any(|v| v.is_nan()) { [255, 0, 255] } else { rgb.map(byte) }
+}
+
 /// The preview, with the metadata as texts.
 pub(super) fn encode(image: &Image, exposure: f64) -> Result<Vec<u8>, String> {
     let gain = exposure.exp2();
-    let byte = |v: f32| (srgb::encode((f64::from(v) * gain).clamp(0.0, 1.0)) * 255.0).round() as u8;
     let mut content = Vec::with_capacity(3 * image.width * image.height);
     for rgb in image.pixels_linear_rgb() {
-        let shown = if rgb.iter().any(|v| v.is_nan()) { [255, 0, 255] } else { rgb.map(byte) };
-        content.extend(shown);
+        content.extend(preview(rgb.map(|v| f64::from(v) * gain)));
     }
     write(image.width, image.height, &content, image.metadata().iter())
 }

@@ -2,6 +2,8 @@
 //! decided.
 
 pub mod compare;
+pub mod contact_sheet;
+pub mod figures;
 pub mod html;
 pub mod json;
 pub mod plot;

@@ -53,15 +53,14 @@ impl<const N: usize> Table<N> {
 
     /// Comma-separated values under a line of headings; a text with a comma, quote or line break is quoted.
     pub fn csv(&self) -> String {
-        let mut text = self.heads.map(|(name, _)| quoted(name)).join(",");
-        text.push('\n');
-        for row in &self.rows {
-            let cells: Vec<String> = row.iter().map(|cell| quoted(cell)).collect();
-            text.push_str(&cells.join(","));
-            text.push('\n');
-        }
-        text
+        let heads = self.heads.map(|(name, _)| name.to_string());
+        std::iter::once(&heads).chain(&self.rows).map(|row| csv_line(row)).collect()
     }
+}
+
+/// One line of comma-separated values.
+pub fn csv_line(cells: &[String]) -> String {
+    cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n"
 }
 
 fn quoted(cell: &str) -> String {

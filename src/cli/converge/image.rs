@@ -1,6 +1,6 @@
 //! `converge scene:SCENE`: the whole image of a scene, or one pixel of it.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -13,7 +13,7 @@ use super::kept::Kept;
 use super::rows::{self, Image as ImageRow, Row, Subject};
 use super::{ConvergeArgs, counts, sampler};
 use crate::cli::render::{Bounces, bounces, filter, size};
-use crate::cli::scene_source::SceneOptions;
+use crate::cli::scene_source::{self, SceneOptions};
 use crate::cli::validate::print;
 use crate::cli::{Status, args, progress};
 use crate::converge::Study;
@@ -164,7 +164,7 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
     let samplers = args.sampler.iter().map(|name| sampler(name)).collect::<anyhow::Result<Vec<_>>>()?;
     let wanted = Wanted::new(&args.image, replicates, most)?;
     let loaded = args.image.options.load(typed)?;
-    loaded.warnings.iter().try_for_each(|warning| writeln!(io::stderr(), "warning: {warning}"))?;
+    scene_source::warn(&loaded)?;
     let scene = Scene::new(loaded.scene).with_context(|| typed.to_string())?;
     let (width, height) = view_size(&args.image, &wanted, &scene, pixel.is_some());
     let scene = scene.with_size(width, height);

@@ -160,7 +160,8 @@ impl Row {
 
     /// The standard deviation to which the theory of independent samples holds, where it is known and they are.
     pub(super) fn line(&self) -> Option<f64> {
-        self.sigma_exact.filter(|_| self.independent)
+        // A logarithmic axis has no place for 0.
+        self.sigma_exact.filter(|&sigma| sigma > 0.0 && self.independent)
     }
 }
 

@@ -3,14 +3,14 @@
 mod args;
 mod output;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, anyhow, bail};
 use indicatif::ProgressBar;
 
-use super::{Status, progress};
+use super::{Status, progress, scene_source};
 use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
 use crate::render::path::{PathTracer, Strategy};
@@ -45,7 +45,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let start = Instant::now();
     let loaded = args.scene.load()?;
     if !args.quiet {
-        loaded.warnings.iter().try_for_each(|warning| writeln!(io::stderr(), "warning: {warning}"))?;
+        scene_source::warn(&loaded)?;
     }
     let load = start.elapsed().as_secs_f64();
     let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
