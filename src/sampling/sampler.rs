@@ -217,4 +217,13 @@ mod tests {
         assert_eq!(draw(1, 2, 3), draw(1, 2, 3));
         assert!(draw(1, 2, 3) != draw(2, 2, 3) && draw(1, 2, 3) != draw(1, 3, 3) && draw(1, 2, 3) != draw(1, 2, 4));
     }
+
+    #[test]
+    fn good_counts_are_those_of_the_name() {
+        let first = |counts: Counts| (1..20).filter(|&n| counts.contains(n)).collect::<Vec<_>>();
+        assert_eq!(first(Counts::Squares), [1, 4, 9, 16]);
+        assert_eq!(first(Counts::PowersOfTwo), [1, 2, 4, 8, 16]);
+        assert_eq!(first(Counts::Any).len(), 19);
+        assert_eq!(SamplerKind::Jittered.good_counts().to_string(), "squares");
+    }
 }
