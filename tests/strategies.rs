@@ -145,9 +145,9 @@ fn sequences_state_an_upper_bound_of_their_variance() {
         // what it is: that the bars are no narrower than the truth, and not absurdly wide. 5 %: as above.
         let batches = ratio_with(batch_for(kind, Some(64)));
         assert!((1.0 / 9.0..1.05).contains(&batches), "{kind:?}: {batches}");
-        // Samples one by one would state far more.
+        // Samples one by one would state more, by at least ten times what chance can do.
         let single = ratio_with(1);
-        assert!(single < 0.7 * batches, "{kind:?}: {single} and {batches}");
+        assert!(single < 0.8 * batches, "{kind:?}: {single} and {batches}");
     }
 }
 

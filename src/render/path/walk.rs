@@ -209,8 +209,11 @@ impl Walk {
         vertex: &Vertex,
         sampler: &mut S,
     ) -> Option<Promise> {
-        let (choice, u) = (sampler.next_1d(), sampler.next_2d());
         let sought = if tracer.strategy == Strategy::Mis { Sought::Uneven } else { Sought::Every };
+        if !scene.emitters().any(sought) {
+            return None; // And no numbers are spent, so that those of the path's directions come next to each other.
+        }
+        let (choice, u) = (sampler.next_1d(), sampler.next_2d());
         let light = scene.emitters().sample(sought, tracer.light_sampling, vertex.surface.p, choice, u)?;
         let (f_cos, pdf) = vertex.eval(light.wi);
         if f_cos.is_black() {

@@ -158,15 +158,25 @@ impl Emitters {
         self.dirac
     }
 
+    /// Whether there is an emitter to connect to.
+    #[inline]
+    pub fn any(&self, sought: Sought) -> bool {
+        self.among(sought).is_some()
+    }
+
+    #[inline]
+    fn among(&self, sought: Sought) -> Option<&AliasTable> {
+        match sought {
+            Sought::Every => self.every.as_ref(),
+            Sought::Uneven => self.uneven.as_ref(),
+        }
+    }
+
     /// Draws a direction from `p` towards one of the emitters sought: `choice` picks the emitter, `u` the point of it.
     #[allow(clippy::inline_always, reason = "the part of a path that costs most besides rays")]
     #[inline(always)]
     pub fn sample(&self, sought: Sought, by: LightSampling, p: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
-        let emitters = match sought {
-            Sought::Every => &self.every,
-            Sought::Uneven => &self.uneven,
-        };
-        let (number, probability, _) = emitters.as_ref()?.pick(choice);
+        let (number, probability, _) = self.among(sought)?.pick(choice);
         let mut sample = match &self.all[number] {
             Emitter::Area { shape, radiance, triangles } => {
                 let drawn = shape.sample(by, p, u)?;
