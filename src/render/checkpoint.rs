@@ -29,7 +29,7 @@ const PIXEL_BYTES: usize = 104;
 /// Scene and settings are a line each, and runs are few.
 const LONGEST_HEADER: u32 = 1 << 20;
 
-/// Why a file is no checkpoint.
+/// Why a file is no state of work that could go on.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
@@ -117,10 +117,7 @@ impl Checkpoint {
     /// Reads a file.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let file = File::open(path).map_err(|source| CheckpointError::Io { path: path.into(), source })?;
-        Self::decode(BufReader::new(file)).map_err(|flaw| match flaw {
-            Flaw::Io(source) => CheckpointError::Io { path: path.into(), source },
-            Flaw::Broken(reason) => CheckpointError::Broken { path: path.into(), reason },
-        })
+        Self::decode(BufReader::new(file)).map_err(|flaw| flaw.in_file(path))
     }
 
     fn decode(reader: impl Read) -> Result<Self, Flaw> {
@@ -206,6 +203,15 @@ pub(crate) enum Flaw {
     Io(io::Error),
     /// Its content, in words.
     Broken(String),
+}
+
+impl Flaw {
+    pub(crate) fn in_file(self, path: &Path) -> CheckpointError {
+        match self {
+            Self::Io(source) => CheckpointError::Io { path: path.into(), source },
+            Self::Broken(reason) => CheckpointError::Broken { path: path.into(), reason },
+        }
+    }
 }
 
 impl From<String> for Flaw {

@@ -23,7 +23,7 @@ use crate::sampling::sampler::SamplerKind;
 
 pub use reference::Reference;
 pub use spread::{Floor, Spread, spread};
-pub use state::{Extent, State, StateError};
+pub use state::{Extent, State};
 pub use view::{Numbers, View};
 
 use super::Study;

@@ -16,39 +16,17 @@
 //! that lies takes no more memory than its own length.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, Read};
+use std::path::Path;
 
 use super::{Floor, Measured, Spread};
 use crate::math::color::Rgb;
-use crate::render::checkpoint::{Checked, Checksum, Flaw};
+use crate::render::checkpoint::{Checked, CheckpointError, Checksum, Flaw};
 
 const MAGIC: &[u8; 8] = b"WFSTUDY\n";
 const VERSION: u32 = 1;
 /// A line or two.
 const LONGEST_SETTINGS: u32 = 1 << 20;
-
-/// Why a study does not go on from a file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StateError {
-    /// It cannot be opened or read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// Its content is wrong.
-    #[error("{}: {reason}", path.display())]
-    Broken {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-}
 
 /// How large the state of a study may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,12 +74,9 @@ impl State {
     }
 
     /// The state in a file, for a study with these settings that is no larger than `extent`.
-    pub fn read(path: &Path, settings: &str, extent: Extent) -> Result<Self, StateError> {
-        let file = File::open(path).map_err(|source| StateError::Io { path: path.into(), source })?;
-        Self::decode(BufReader::new(file), settings, extent).map_err(|flaw| match flaw {
-            Flaw::Io(source) => StateError::Io { path: path.into(), source },
-            Flaw::Broken(reason) => StateError::Broken { path: path.into(), reason },
-        })
+    pub fn read(path: &Path, settings: &str, extent: Extent) -> Result<Self, CheckpointError> {
+        let file = File::open(path).map_err(|source| CheckpointError::Io { path: path.into(), source })?;
+        Self::decode(BufReader::new(file), settings, extent).map_err(|flaw| flaw.in_file(path))
     }
 
     fn decode(reader: impl Read, settings: &str, extent: Extent) -> Result<Self, Flaw> {
