@@ -13,6 +13,8 @@ use super::notebooks_data::{self, NotebooksDataArgs};
 use super::plot::PlotArgs;
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
+use crate::bsdf::subject::nearest_name;
+use crate::sampling::sampler::SamplerKind;
 use crate::validate::Suite;
 
 const SUBJECTS: &str = "\
@@ -256,6 +258,12 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
     number(text, "a finite number of degrees", |_| true)
 }
 
+pub(super) fn sampler(text: &str) -> Result<SamplerKind, String> {
+    let names = || SamplerKind::ALL.iter().map(|(name, _)| *name);
+    let found = SamplerKind::ALL.iter().find(|(name, _)| *name == text.trim()).map(|(_, kind)| *kind);
+    found.ok_or_else(|| format!("there is no such sampler; {}", nearest_name(text, names())))
+}
+
 pub(super) fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("allowed is a whole number from 0 to {}", u64::MAX))
 }
@@ -274,6 +282,12 @@ fn two_angles(text: &str) -> Result<[f64; 2], String> {
 mod tests {
     use super::*;
     use clap::CommandFactory;
+
+    #[test]
+    fn a_sampler_that_is_misspelt_is_guessed() {
+        assert_eq!(sampler("blue-sobol"), Ok(SamplerKind::BlueSobol));
+        assert!(sampler("indepedent").unwrap_err().contains("did you mean independent"));
+    }
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -140,7 +140,7 @@ fn entry(row: &Row) -> Entry<'_> {
     };
     Entry {
         estimator: &row.estimator,
-        sampler: row.sampler,
+        sampler: row.sampler.name(),
         slope: row.fit.map(|fit| fit.slope),
         slope_half_width: row.fit.map(|fit| fit.half_width(CONFIDENCE)),
         confidence: CONFIDENCE,
@@ -165,7 +165,7 @@ fn csv(rows: &[Row]) -> String {
         for p in &row.points {
             table.row([
                 row.estimator.clone(),
-                row.sampler.into(),
+                row.sampler.name().into(),
                 p.n.to_string(),
                 exact(p.rmse),
                 exact(p.log_std_err),
@@ -181,7 +181,7 @@ fn csv(rows: &[Row]) -> String {
 
 fn curve(row: &Row, name_sampler: bool) -> Curve {
     Curve {
-        name: if name_sampler { format!("{}, {}", row.estimator, row.sampler) } else { row.estimator.clone() },
+        name: if name_sampler { format!("{}, {}", row.estimator, row.sampler.name()) } else { row.estimator.clone() },
         points: row.points.iter().map(|p| (p.n as f64, p.rmse, p.log_std_err)).collect(),
         sigma: row.line(),
         theory: [row.theory.steepest, row.theory.flattest],

@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 use super::files::Files;
 use super::kept::Kept;
 use super::rows::{self, Image as ImageRow, Row, Subject};
-use super::{ConvergeArgs, counts, sampler};
+use super::{ConvergeArgs, counts};
 use crate::cli::render::{Bounces, bounces, filter, size};
 use crate::cli::scene_source::{self, SceneOptions};
 use crate::cli::validate::print;
@@ -161,7 +161,6 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
     let (Some(&first), Some(&most)) = (counts.first(), counts.last()) else {
         bail!("--n: there is no power of two from FROM to TO");
     };
-    let samplers = args.sampler.iter().map(|name| sampler(name)).collect::<anyhow::Result<Vec<_>>>()?;
     let wanted = Wanted::new(&args.image, replicates, most)?;
     let loaded = args.image.options.load(typed)?;
     scene_source::warn(&loaded)?;
@@ -200,7 +199,7 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
         args.image.options,
         args.seed,
         names(tracers.iter().map(|(name, _)| name.as_str()).collect()),
-        names(samplers.iter().map(|(name, _)| *name).collect()),
+        names(args.sampler.iter().map(|kind| kind.name()).collect()),
         reference.as_deref().unwrap_or("none"),
         args.image.reference_error.map_or(String::new(), |error| format!(" ± {error}"))
     );
@@ -212,7 +211,7 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
 
     let interrupted = progress::interruption();
     let bar = progress::bar(false);
-    let studies = samplers.iter().flat_map(|(_, kind)| tracers.iter().map(move |(_, tracer)| (*kind, tracer)));
+    let studies = args.sampler.iter().flat_map(|kind| tracers.iter().map(move |(_, tracer)| (*kind, tracer)));
     let studies = studies.enumerate().map(|(number, (sampler, tracer))| {
         let plan = Study { counts: counts.clone(), replicates, seed: args.seed, number: number as u64, sampler };
         ImageStudy { radiance: tracer, plan }
@@ -257,9 +256,8 @@ pub(super) fn run(args: &ConvergeArgs, typed: &str, out: &mut dyn Write) -> anyh
 
     let level = args.level / (lab.studies.len() * if reference.is_some() { 2 } else { 1 }) as f64;
     let found = lab.found(&state);
-    let labels = samplers.iter().flat_map(|(sampler, _)| tracers.iter().map(move |(name, _)| (name, *sampler)));
-    let rows: Vec<Row> =
-        labels.zip(&found).map(|((name, sampler), found)| Row::of_image(name, sampler, found, level)).collect();
+    let names = args.sampler.iter().flat_map(|_| tracers.iter().map(|(name, _)| name));
+    let rows: Vec<Row> = names.zip(&found).map(|(name, found)| Row::of_image(name, found, level)).collect();
     let subject = Subject {
         name: args.target.clone(),
         exact: known.as_ref().map_or(f64::NAN, Reference::mean),

@@ -32,9 +32,9 @@ pub(super) struct ConvergeArgs {
     /// Estimators, separated by commas. Default: all that the target has; of a scene, mis
     #[arg(long, value_name = "E,…", value_delimiter = ',')]
     estimator: Vec<String>,
-    /// Samplers, separated by commas
-    #[arg(long, value_name = "S,…", value_delimiter = ',', default_value = "independent")]
-    sampler: Vec<String>,
+    /// Samplers, separated by commas: those of `render`
+    #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = args::sampler, default_value = "independent")]
+    sampler: Vec<SamplerKind>,
     /// Numbers of samples: every power of two from FROM to TO. Default: 16..16384; of a whole image, 4..256
     #[arg(long, value_name = "FROM..TO", value_parser = range)]
     n: Option<(u64, u64)>,
@@ -101,18 +101,17 @@ pub(super) fn run(args: &ConvergeArgs, out: &mut dyn Write) -> anyhow::Result<St
         _ => bail!("{}: no such target; allowed are albedo:SUBJECT@MU, irradiance:NAME and scene:SCENE", args.target),
     };
     let estimators = chosen(&target, &args.estimator)?;
-    let samplers = args.sampler.iter().map(|name| sampler(name)).collect::<anyhow::Result<Vec<_>>>()?;
     let files = args.out.as_deref().map(Files::new).transpose()?;
     let counts = counts(args.n.unwrap_or(DEFAULT_RANGE));
     let replicates = args.replicates.unwrap_or(DEFAULT_REPLICATES);
-    let level = args.level / (samplers.len() * estimators.len()) as f64;
+    let level = args.level / (args.sampler.len() * estimators.len()) as f64;
     let mut rows = Vec::new();
-    for &(name, sampler) in &samplers {
+    for &sampler in &args.sampler {
         for estimator in &estimators {
             let number = rows.len() as u64;
             let study = Study { counts: counts.clone(), replicates, seed: args.seed, number, sampler };
             let found = study.run(estimator, target.exact, target.error);
-            rows.push(Row::of_target(estimator, name, &found, level));
+            rows.push(Row::of_target(estimator, &found, level));
         }
     }
     let studied = Studied {
@@ -156,11 +155,4 @@ fn chosen<'a>(target: &'a Target<'a>, names: &[String]) -> anyhow::Result<Vec<&'
         })
     };
     names.iter().map(find).collect()
-}
-
-fn sampler(name: &str) -> anyhow::Result<(&'static str, SamplerKind)> {
-    SamplerKind::ALL.iter().copied().find(|(known, _)| *known == name.trim()).ok_or_else(|| {
-        let known = SamplerKind::ALL.iter().map(|(name, _)| *name);
-        anyhow!("--sampler {name}: no such sampler; {}", nearest_name(name, known))
-    })
 }

@@ -40,7 +40,7 @@ pub(super) struct Image {
 #[derive(Debug)]
 pub(super) struct Row {
     pub(super) estimator: String,
-    pub(super) sampler: &'static str,
+    pub(super) sampler: SamplerKind,
     pub(super) theory: Theory,
     pub(super) verdict: Verdict,
     pub(super) fit: Option<RateFit>,
@@ -58,7 +58,6 @@ pub(super) struct Row {
     pub(super) nonfinite: u64,
     /// Of an image with a reference.
     pub(super) bias: Option<Bias>,
-    independent: bool,
 }
 
 /// The error at one number of samples.
@@ -99,7 +98,7 @@ impl Bias {
 }
 
 impl Row {
-    pub(super) fn of_target(estimator: &Estimator, sampler: &'static str, found: &Convergence, level: f64) -> Self {
+    pub(super) fn of_target(estimator: &Estimator, found: &Convergence, level: f64) -> Self {
         let theory = Theory::of(found.sampler);
         let point = |p: &crate::converge::Point| Point {
             n: p.n,
@@ -111,7 +110,7 @@ impl Row {
         };
         Self {
             estimator: estimator.name.into(),
-            sampler,
+            sampler: found.sampler,
             verdict: found.verdict(&theory, level),
             theory,
             fit: found.fit,
@@ -124,11 +123,10 @@ impl Row {
             points: found.points.iter().map(point).collect(),
             nonfinite: 0,
             bias: None,
-            independent: found.sampler == SamplerKind::Independent,
         }
     }
 
-    pub(super) fn of_image(estimator: &str, sampler: &'static str, found: &ImageConvergence, level: f64) -> Self {
+    pub(super) fn of_image(estimator: &str, found: &ImageConvergence, level: f64) -> Self {
         let theory = Theory::of(found.sampler);
         let point = |(n, measured): &(u64, crate::converge::image::Measured)| Point {
             n: *n,
@@ -140,7 +138,7 @@ impl Row {
         };
         Self {
             estimator: estimator.into(),
-            sampler,
+            sampler: found.sampler,
             verdict: theory.verdict(found.fit.as_ref(), found.heavy, level),
             theory,
             fit: found.fit,
@@ -154,14 +152,13 @@ impl Row {
             points: found.points.iter().map(point).collect(),
             nonfinite: found.points.iter().map(|(_, measured)| measured.nonfinite).sum(),
             bias: found.floor().map(|floor| Bias::new(floor, level)),
-            independent: found.sampler == SamplerKind::Independent,
         }
     }
 
     /// The standard deviation to which the theory of independent samples holds, where it is known and they are.
     pub(super) fn line(&self) -> Option<f64> {
         // A logarithmic axis has no place for 0.
-        self.sigma_exact.filter(|&sigma| sigma > 0.0 && self.independent)
+        self.sigma_exact.filter(|&sigma| sigma > 0.0 && self.sampler == SamplerKind::Independent)
     }
 }
 
@@ -220,7 +217,7 @@ pub(super) fn text(subject: &Subject, rows: &[Row], equal_time: bool) -> String 
         };
         table.row([
             row.estimator.clone(),
-            row.sampler.into(),
+            row.sampler.name().into(),
             slope,
             theory(&row.theory),
             short(row.sigma),
@@ -233,10 +230,14 @@ pub(super) fn text(subject: &Subject, rows: &[Row], equal_time: bool) -> String 
     text.push_str(&table.text("  "));
     for row in rows {
         let mut say = |what: &str| {
-            let _ = writeln!(text, "  {} with {}: {what}", row.estimator, row.sampler);
+            let _ = writeln!(text, "  {} with {}: {what}", row.estimator, row.sampler.name());
         };
         if let Verdict::Insufficient(why) = &row.verdict {
             say(why);
+        }
+        let good = row.sampler.good_counts();
+        if row.points.iter().any(|point| !good.contains(point.n)) {
+            say(&format!("its points are at their best for {good}, which not all N here are"));
         }
         if row.nonfinite > 0 {
             say(&format!("{} samples were NaN or infinite and are left out", row.nonfinite));
@@ -248,7 +249,7 @@ pub(super) fn text(subject: &Subject, rows: &[Row], equal_time: bool) -> String 
     let cost = |row: &Row| row.variance * if equal_time { row.seconds } else { 1.0 };
     if let Some(best) = rows.iter().filter(|row| cost(row).is_finite()).min_by(|a, b| cost(a).total_cmp(&cost(b))) {
         let at = if equal_time { "time" } else { "number of samples" };
-        let _ = writeln!(text, "  the least error at equal {at}: {} with {}", best.estimator, best.sampler);
+        let _ = writeln!(text, "  the least error at equal {at}: {} with {}", best.estimator, best.sampler.name());
     }
     text
 }

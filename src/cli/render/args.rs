@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use crate::bsdf::subject::nearest_name;
-use crate::cli::args::{positive, seed};
+use crate::cli::args::{positive, sampler, seed};
 use crate::cli::scene_source::SceneArgs;
 use crate::render::path::{Roulette, Strategy};
 use crate::sampling::filter::Filter;
@@ -140,15 +139,6 @@ fn roulette(text: &str) -> Result<Roulette, String> {
     }
 }
 
-fn sampler(text: &str) -> Result<SamplerKind, String> {
-    let known = SamplerKind::ALL;
-    known
-        .iter()
-        .find(|(name, _)| *name == text)
-        .map(|(_, kind)| *kind)
-        .ok_or_else(|| format!("there is no such sampler; {}", nearest_name(text, known.iter().map(|(name, _)| *name))))
-}
-
 pub(in crate::cli) fn filter(text: &str) -> Result<Filter, String> {
     text.parse().map_err(|error: crate::sampling::filter::FilterError| error.to_string())
 }
@@ -168,6 +158,5 @@ mod tests {
         assert_eq!(roulette("depth:3"), Ok(Roulette::From(3)));
         assert!(roulette("depth").is_err() && roulette("depth:x").is_err());
         assert!(samples("0").is_err() && samples("64").is_ok());
-        assert!(sampler("indepedent").unwrap_err().contains("did you mean independent"));
     }
 }

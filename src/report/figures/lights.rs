@@ -57,7 +57,7 @@ const REPLICATES: u64 = 64;
 fn six_ways() -> Vec<Row> {
     let target = literal(irradiance("unit-square").ok_or("unit-square"));
     let counts: Vec<u64> = (4..=14).map(|k| 1 << k).collect();
-    let independent = ("independent", SamplerKind::Independent);
+    let independent = SamplerKind::Independent;
     let numbered = target.estimators.iter().enumerate();
     numbered.map(|(i, estimator)| study(&target, estimator, independent, &counts, REPLICATES, i as u64)).collect()
 }
@@ -73,7 +73,7 @@ fn highlights() -> Vec<Vec<String>> {
         let plate = subject(&format!("ggx:alpha={alpha}"));
         let target = highlight("highlight", &*plate, wo, half_angle_deg.to_radians());
         let row = |(i, estimator)| {
-            let independent = ("independent", SamplerKind::Independent);
+            let independent = SamplerKind::Independent;
             // 2¹⁶ samples in one mean after the other; the rates are those of independent samples and not shown.
             let Row { found, sigma, .. } = &study(&target, estimator, independent, &[1024], 64, (4 * at + i) as u64);
             vec![

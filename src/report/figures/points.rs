@@ -29,9 +29,9 @@ const COUNTS: [u64; 5] = [64, 256, 1024, 4096, 16384];
 fn studies() -> Vec<Row> {
     let targets: Vec<_> = square::NAMES.iter().map(|(name, _)| literal(square(name).ok_or(name))).collect();
     // Within one pixel, the points that are blue over pixels are Sobol's.
-    let kinds = SamplerKind::ALL.iter().filter(|(_, kind)| *kind != SamplerKind::BlueSobol);
-    let pairs = targets.iter().flat_map(|target| kinds.clone().map(move |&kind| (target, kind)));
-    let run = |(number, (target, kind)): (usize, (&Target, (&'static str, SamplerKind)))| {
+    let kinds = SamplerKind::ALL.iter().map(|(_, kind)| *kind).filter(|kind| *kind != SamplerKind::BlueSobol);
+    let pairs = targets.iter().flat_map(|target| kinds.clone().map(move |kind| (target, kind)));
+    let run = |(number, (target, kind)): (usize, (&Target, SamplerKind))| {
         study(target, &target.estimators[0], kind, &COUNTS, REPLICATES, number as u64)
     };
     pairs.enumerate().map(run).collect()

@@ -36,28 +36,26 @@ pub(super) struct Row {
     exact: f64,
     estimator: &'static str,
     pub(super) sigma: Option<f64>,
-    sampler: &'static str,
     replicates: u64,
     pub(super) found: Convergence,
 }
 
-/// Studies `estimator` with points of this name and kind; studies of one file have numbers of their own.
+/// Studies `estimator` with points of this kind; studies of one file have numbers of their own.
 pub(super) fn study(
     target: &Target,
     estimator: &Estimator,
-    (sampler, kind): (&'static str, SamplerKind),
+    sampler: SamplerKind,
     counts: &[u64],
     replicates: u64,
     number: u64,
 ) -> Row {
-    let study = Study { counts: counts.to_vec(), replicates, seed: SEED, number, sampler: kind };
+    let study = Study { counts: counts.to_vec(), replicates, seed: SEED, number, sampler };
     let found = study.run(estimator, target.exact, target.error);
     Row {
         target: target.name.clone(),
         exact: target.exact,
         estimator: estimator.name,
         sigma: estimator.sigma,
-        sampler,
         replicates,
         found,
     }
@@ -70,7 +68,7 @@ pub(super) fn tables(rows: &[Row]) -> Vec<String> {
 
 impl Row {
     fn head(&self) -> [String; 3] {
-        [self.target.clone(), self.estimator.into(), self.sampler.into()]
+        [self.target.clone(), self.estimator.into(), self.found.sampler.name().into()]
     }
 
     /// The rows of a table of errors.

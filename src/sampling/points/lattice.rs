@@ -83,7 +83,8 @@ impl Sampler for Lattice {
     #[inline]
     fn next_1d(&mut self) -> f64 {
         let hash = self.next();
-        shifted(self.shuffled(hash), hash.rotate_left(32))
+        // The order takes the lower half of the hash, so the upper one is free for the shift's first digits.
+        shifted(self.shuffled(hash), hash)
     }
 
     #[inline]

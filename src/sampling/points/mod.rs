@@ -10,8 +10,9 @@
 //! | `sobol` | powers of two | N^(−3/2), N^(−3/4) |
 //! | `blue-sobol` | powers of two | as `sobol`, and neighbouring pixels cancel each other's errors |
 //!
-//! Rates are those of two dimensions. Every value alone is uniform over the seeds, so that any mean of N is unbiased. All
-//! but `halton` are padded: every dimension or pair of dimensions is stratified in itself, and independent of the others.
+//! Rates are those of two dimensions. The numbers of one sample are independent and uniform over the seeds, so that any mean
+//! of N is unbiased. All but `halton` are padded: every dimension or pair of dimensions is stratified in itself, whatever the
+//! others; of `lattice`, three pairs after each other are so together, two by two.
 
 mod halton;
 mod hash;

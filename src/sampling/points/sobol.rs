@@ -65,14 +65,6 @@ impl Sobol {
         // Another order within each block of 2^k, which stays a block.
         (carried(self.inverse, hash as u32).reverse_bits(), hash)
     }
-
-    /// Digits below the 32 of the sequence, the upper half for one coordinate and the lower one for another.
-    #[inline]
-    fn below(&self, hash: u64) -> u64 {
-        // In a product, digits depend on all below: the upper half on most.
-        let product = (hash ^ u64::from(self.inverse)).wrapping_mul(0xd6e8_feb8_6659_fd93);
-        product ^ product >> 32
-    }
 }
 
 impl OverPixels {
@@ -129,18 +121,19 @@ impl Sampler for Sobol {
     fn next_1d(&mut self) -> f64 {
         let (number, hash) = self.next();
         let x = carried(number, (hash >> 32) as u32).reverse_bits();
-        unit(u64::from(x) << 32 | self.below(hash) >> 32)
+        unit(u64::from(x) << 32 | mix(hash, u64::from(self.inverse)) >> 32)
     }
 
     #[inline]
     fn next_2d(&mut self) -> DVec2 {
         let (number, hash) = self.next();
-        let x = carried(number, (hash >> 32) as u32);
-        // The third seed that the hash has to give: its halves together, multiplied by an odd number.
-        let y = carried(second_dimension(number), ((hash >> 16) as u32).wrapping_mul(0x9e37_79b1));
+        let seeds = mix(hash, 1);
+        let x = carried(number, seeds as u32);
+        let y = carried(second_dimension(number), (seeds >> 32) as u32);
         // Both at once: the lower half of the one becomes the upper half of the other.
         let both = (u64::from(y) << 32 | u64::from(x)).reverse_bits();
-        let below = self.below(hash);
+        // What is below the 32 digits of the sequence is random.
+        let below = mix(seeds, u64::from(self.inverse));
         DVec2::new(unit(both & !0xffff_ffff | below >> 32), unit(both << 32 | below & 0xffff_ffff))
     }
 }

@@ -180,6 +180,46 @@ fn every_value_is_uniform_over_the_seeds() {
     assert!(chi2(&|seed| Sobol::new(seed).next_1d() * 0.99) > 140.0, "a value that is a percent too small is not seen");
 }
 
+#[test]
+fn numbers_of_one_sample_are_independent_of_each_other() {
+    const SEEDS: u64 = 20_000;
+    // All pairs of a single, two pairs and another single, in 8 x 8 cells: 15 χ² of 63 degrees of freedom, for each sampler.
+    let chi2 = |numbers: &dyn Fn(u64) -> [f64; 6]| {
+        let mut worst = 0.0_f64;
+        let drawn: Vec<[f64; 6]> = (0..SEEDS).map(numbers).collect();
+        for i in 0..6 {
+            for j in 0..i {
+                let mut counts = [0.0; 64];
+                for u in &drawn {
+                    counts[(u[i] * 8.0) as usize * 8 + (u[j] * 8.0) as usize] += 1.0;
+                }
+                let expected = SEEDS as f64 / 64.0;
+                worst = worst.max(counts.iter().map(|n| (n - expected) * (n - expected) / expected).sum());
+            }
+        }
+        worst
+    };
+    for &(name, kind) in SamplerKind::ALL {
+        for index in [0, 3, 60] {
+            let found = chi2(&|seed| {
+                let mut sampler = kind.sampler(seed, 61, 16);
+                sampler.begin(9, index);
+                let (first, p, q) = (sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
+                [first, p.x, p.y, q.x, q.y, sampler.next_1d()]
+            });
+            // Exceeded by one with probability 1e-7.
+            assert!(found < 140.0, "{name}, sample {index}: {found}");
+        }
+    }
+    // One shift for both pairs: each number alone is uniform.
+    let shared = |seed: u64| {
+        let mut sampler = Lattice::new(seed);
+        let p = sampler.next_2d();
+        [sampler.next_1d(), p.x, p.y, (p.x + 0.3).fract(), (p.y + 0.7).fract(), sampler.next_1d()]
+    };
+    assert!(chi2(&shared) > 140.0);
+}
+
 /// How often, over the seeds, the digit number `below` of the difference of two scrambled fractions is set, which agree in
 /// `shared` digits: 1/2, if it is random for each subtree; in units of its standard error.
 fn digit_of_difference(scramble: &dyn Fn(u32, u32) -> u32, shared: u32, below: u32) -> f64 {
