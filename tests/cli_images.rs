@@ -1,8 +1,9 @@
 //! `compare` and `merge` as their users meet them: verdicts, JSON, pictures, files that do not belong together.
-#![allow(clippy::print_stderr, reason = "a skipped test says so")]
+
+mod real_data;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
@@ -14,6 +15,8 @@ use whitefurnace::render::checkpoint::Checkpoint;
 use whitefurnace::render::film::Film;
 use whitefurnace::render::provenance::{Provenance, Run};
 use whitefurnace::sampling::stream::{stream, uniform};
+
+use real_data::data;
 
 fn run(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_whitefurnace")).args(args).output().expect("the program starts")
@@ -254,12 +257,7 @@ fn hostile_files_are_one_line() {
 /// Mitsuba's references with their variance of one sample: each equals itself, and no other.
 #[test]
 fn references_of_another_renderer() {
-    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let folder = root.join("scenes/mitsuba/tests/scenes/bsdf_spheres/refs");
-    if !folder.exists() {
-        eprintln!("skipped: {} is absent", folder.display());
-        return;
-    }
+    let Some(folder) = data("scenes/mitsuba/tests/scenes/bsdf_spheres/refs") else { return };
     let file = |name: &str| folder.join(format!("test_{name}_ref_rgb.exr")).display().to_string();
     let variance = folder.join("test_constant_ref_rgb_var.exr").display().to_string();
     let (constant, light) = (file("constant"), file("arealight"));

@@ -2,7 +2,9 @@
 
 #![allow(clippy::print_stderr, reason = "what was skipped")]
 
-use std::path::{Path, PathBuf};
+mod real_data;
+
+use std::path::Path;
 use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
@@ -19,6 +21,8 @@ use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::builtin::builtin;
 use whitefurnace::scene::file::{LoadOptions, load};
+
+use real_data::data;
 
 /// The probability that a verdict is wrong by chance: the seeds are fixed, so it will not be.
 const LEVEL: f64 = 1e-4;
@@ -250,25 +254,37 @@ fn a_pixel_is_a_target_too() {
     assert!(shown.contains("column 100 and row 300") && shown.contains("no bias is seen"), "{shown}");
 }
 
-fn data(file: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let path = root.join("scenes").join(file);
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-    }
-    path.exists().then_some(path)
-}
-
 /// Scenes and references of others: the rate is ours alone, and the floor is as small as the two programs agree. Small, filtered
 /// by a box, against the means of blocks of their pixels.
 #[test]
 fn the_images_of_others_are_floors() {
     for (name, picture, size, params, bounces, allowed) in [
         // Blocks of these two references differ by up to 1.9 %.
-        ("bitterli/cornell-box/mitsuba_v3.xml", "bitterli/cornell-box/ref_tungsten.exr", 16, None, None, 0.02),
-        ("bitterli/cornell-box/mitsuba_v3.xml", "bitterli/cornell-box/ref_mitsuba3.exr", 16, None, None, 0.02),
+        (
+            "scenes/bitterli/cornell-box/mitsuba_v3.xml",
+            "scenes/bitterli/cornell-box/ref_tungsten.exr",
+            16,
+            None,
+            None,
+            0.02,
+        ),
+        (
+            "scenes/bitterli/cornell-box/mitsuba_v3.xml",
+            "scenes/bitterli/cornell-box/ref_mitsuba3.exr",
+            16,
+            None,
+            None,
+            0.02,
+        ),
         // The edges of its lamps are filtered otherwise.
-        ("bitterli/veach-mis/mitsuba_v3.xml", "bitterli/veach-mis/ref_tungsten.exr", 32, Some("path"), Some(1), 1.0),
+        (
+            "scenes/bitterli/veach-mis/mitsuba_v3.xml",
+            "scenes/bitterli/veach-mis/ref_tungsten.exr",
+            32,
+            Some("path"),
+            Some(1),
+            1.0,
+        ),
     ] {
         let (Some(path), Some(picture)) = (data(name), data(picture)) else { return };
         let params = params.map(|value: &str| ("integrator".to_string(), value.to_string())).into_iter().collect();

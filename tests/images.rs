@@ -2,21 +2,18 @@
 //!
 //! They are read through WHITEFURNACE_DATA and never shipped; without them each test says so and passes. Means were
 //! obtained with other programs.
-#![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
-use std::path::{Path, PathBuf};
+mod real_data;
+
+use std::path::Path;
 
 use whitefurnace::image::{Image, Storage};
 
+use real_data::data;
+
 /// The image `name`; None, with a line, where the data is absent.
 fn image(name: &str) -> Option<Image> {
-    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let path = root.join(name);
-    if !path.exists() {
-        eprintln!("skipped: {} is absent", path.display());
-        return None;
-    }
-    Some(Image::read(&path).unwrap_or_else(|error| panic!("{error}")))
+    Some(Image::read(&data(name)?).unwrap_or_else(|error| panic!("{error}")))
 }
 
 fn mean(image: &Image) -> [f64; 3] {
@@ -124,7 +121,6 @@ fn colours_are_told_from_the_other_planes() {
 
 #[test]
 fn real_files_cut_short_are_errors() {
-    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
     for name in [
         "images/exr/compression/f16_piz.exr",
         "images/exr/compression/f32_zip.exr",
@@ -133,7 +129,8 @@ fn real_files_cut_short_are_errors() {
         "scenes/mitsuba/common/textures/wood.jpg",
         "scenes/mitsuba/common/textures/leaf_mask.png",
     ] {
-        let Ok(bytes) = std::fs::read(root.join(name)) else { return };
+        let Some(path) = data(name) else { return };
+        let bytes = std::fs::read(path).expect("a readable file");
         for tenths in 0..10 {
             let cut = &bytes[..bytes.len() * tenths / 10];
             let text = Image::decode(cut, Path::new(name)).expect_err("half a file is no file").to_string();

@@ -3,14 +3,15 @@
 //! They are read through WHITEFURNACE_DATA and never shipped; without them each test says so and passes. All of them take
 //! alpha = roughness², and all but MoonRay's take height-correlated masking. The tolerances are the accuracy of the tables:
 //! that of Cycles agrees to 5e-5 throughout, and the others differ from it as they differ from us.
-#![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
-use std::path::PathBuf;
+mod real_data;
 
 use whitefurnace::bsdf::{Beckmann, Bsdf, Fresnel, Ggx, GgxNormals, Masking, RoughDielectric};
 use whitefurnace::integrate::{Hemisphere, Side};
 use whitefurnace::math::color::Rgb;
 use whitefurnace::math::sphere::direction_mu;
+
+use real_data::data;
 
 /// The smallest slope width of our models; rows of smaller ones are passed over.
 const SMALLEST_ALPHA: f64 = 1e-4;
@@ -19,12 +20,8 @@ const SMALLEST_MU: f64 = 1e-4;
 
 /// The rows of numbers in the table `name`, without comments and heading; None, with a line, where it is absent.
 fn rows(name: &str) -> Option<Vec<Vec<f64>>> {
-    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let path = root.join("tables").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("skipped: {} is absent", path.display());
-        return None;
-    };
+    let path = data(&format!("tables/{name}"))?;
+    let text = std::fs::read_to_string(&path).expect("a readable table");
     let numbers = |line: &str| line.split(',').map(|cell| cell.parse().ok()).collect::<Option<Vec<f64>>>();
     let rows: Vec<_> = text.lines().filter_map(numbers).collect();
     assert!(rows.len() > 10, "{} has {} rows of numbers", path.display(), rows.len());

@@ -2,10 +2,12 @@
 //!
 //! They are read through `WHITEFURNACE_DATA` and never shipped; without them each test says so and passes.
 
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was skipped, and figures for the reader")]
+#![allow(clippy::print_stdout, reason = "figures for the reader")]
+
+mod real_data;
 
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -23,14 +25,7 @@ use whitefurnace::scene::{
     Camera, FilmSettings, Geometry, Light, Material, Ray, RenderSettings, Scene, SceneDescription, Shape,
 };
 
-fn data(file: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("WHITEFURNACE_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let path = root.join("scenes").join(file);
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-    }
-    path.exists().then_some(path)
-}
+use real_data::data;
 
 fn scene(path: &Path, params: &[(&str, &str)]) -> Scene {
     let params = params.iter().map(|(name, value)| ((*name).to_string(), (*value).to_string())).collect();
@@ -103,8 +98,8 @@ fn agree(film: &Film, reference: &[Rgb], tol: f64, floor: f64) {
 
 #[test]
 fn bitterlis_cornell_box_agrees_with_both_references() {
-    let Some(path) = data("bitterli/cornell-box/mitsuba_v3.xml") else { return };
-    let Some(blocks) = data("bitterli/cornell-box/ref_blocks_16x16.csv") else { return };
+    let Some(path) = data("scenes/bitterli/cornell-box/mitsuba_v3.xml") else { return };
+    let Some(blocks) = data("scenes/bitterli/cornell-box/ref_blocks_16x16.csv") else { return };
     let scene = scene(&path, &[]).with_size(128, 128);
     let film = image(&scene, &tracer(&scene), 128);
     for reference in ["tungsten", "mitsuba"] {
@@ -125,8 +120,8 @@ fn bitterlis_cornell_box_agrees_with_both_references() {
 #[test]
 #[ignore = "minutes"]
 fn bitterlis_cornell_box_agrees_within_one_per_cent() {
-    let Some(path) = data("bitterli/cornell-box/mitsuba_v3.xml") else { return };
-    let Some(csv) = data("bitterli/cornell-box/ref_blocks_16x16.csv") else { return };
+    let Some(path) = data("scenes/bitterli/cornell-box/mitsuba_v3.xml") else { return };
+    let Some(csv) = data("scenes/bitterli/cornell-box/ref_blocks_16x16.csv") else { return };
     let scene = scene(&path, &[]).with_size(1024, 1024);
     let filter: Filter = "tent".parse().expect("a filter");
     let tracer = PathTracer { roulette: Roulette::Off, ..tracer(&scene) };
@@ -149,9 +144,9 @@ fn bitterlis_cornell_box_agrees_within_one_per_cent() {
 
 #[test]
 fn veach_mis_agrees_at_direct_light() {
-    let Some(blocks) = data("bitterli/veach-mis/ref_blocks_16x16.csv") else { return };
+    let Some(blocks) = data("scenes/bitterli/veach-mis/ref_blocks_16x16.csv") else { return };
     for (file, params) in [("mitsuba_v3.xml", &[("integrator", "path")][..]), ("mitsuba_v05.xml", &[])] {
-        let Some(path) = data(&format!("bitterli/veach-mis/{file}")) else { return };
+        let Some(path) = data(&format!("scenes/bitterli/veach-mis/{file}")) else { return };
         let scene = scene(&path, params).with_size(256, 144);
         let direct = PathTracer { bounces: Some(1), ..tracer(&scene) };
         // The reference was filtered by a tent of its own, finer pixels: edges of lamps cross the borders of blocks.
@@ -194,7 +189,7 @@ fn mitsubas_test_scenes_pass_its_z_test() {
     ];
     let mut failed = Vec::new();
     for (file, name) in scenes {
-        let Some(path) = data(&format!("mitsuba/tests/scenes/{file}.xml")) else { return };
+        let Some(path) = data(&format!("scenes/mitsuba/tests/scenes/{file}.xml")) else { return };
         let refs = path.with_file_name("refs");
         let read = |end: &str| Image::read(&refs.join(format!("{name}_ref_rgb{end}.exr"))).expect("a reference");
         let (reference, variance) = (read(""), read("_var"));
@@ -218,7 +213,7 @@ fn mitsubas_test_scenes_pass_its_z_test() {
 #[test]
 fn ignis_scenes_hold() {
     let albedo = Rgb::new(0.885809, 0.698859, 0.666422);
-    let Some(path) = data("ignis/mitsuba/point.xml") else { return };
+    let Some(path) = data("scenes/ignis/mitsuba/point.xml") else { return };
     let point = scene(&path, &[]);
     for (x, y) in [(128, 200), (100, 220), (160, 240)] {
         let ray = point.camera_ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), DVec2::ZERO);
@@ -235,8 +230,8 @@ fn ignis_scenes_hold() {
     let ray = point.camera_ray(DVec2::new(128.5, 200.5), DVec2::ZERO);
     // Five digits are given of a value that varies by 1e-4 over the pixel.
     assert!((along(&point, ray) - published).0.abs().max_element() < 1e-4);
-    let Some(path) = data("ignis/mitsuba/emissive-plane.xml") else { return };
-    let Some(csv) = data("ignis/ref_blocks_16x16.csv") else { return };
+    let Some(path) = data("scenes/ignis/mitsuba/emissive-plane.xml") else { return };
+    let Some(csv) = data("scenes/ignis/ref_blocks_16x16.csv") else { return };
     let plane = scene(&path, &[]).with_size(64, 64);
     let mut film = image(&plane, &tracer(&plane), 128);
     // The file's light is a spectrum of 1. Mitsuba 3 takes that for the white of illuminant E, which in Rec.709, whose
@@ -246,7 +241,7 @@ fn ignis_scenes_hold() {
         (pixel.mean, pixel.m2) = (pixel.mean / white, pixel.m2 / (white * white));
     }
     agree(&film, &table(&csv, "emissive-plane"), 0.005, 0.05);
-    let Some(path) = data("ignis/mitsuba/plane.xml") else { return };
+    let Some(path) = data("scenes/ignis/mitsuba/plane.xml") else { return };
     let floor = scene(&path, &[]).with_size(128, 128);
     // Rendered spectrally: 1 %.
     agree(&image(&floor, &tracer(&floor), 64), &table(&csv, "plane-d6"), 0.01, 0.05);

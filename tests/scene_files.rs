@@ -2,6 +2,8 @@
 
 #![allow(clippy::print_stderr, reason = "a test that skips says so")]
 
+mod real_data;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -11,19 +13,11 @@ use whitefurnace::math::color::Rgb;
 use whitefurnace::scene::file::{LoadOptions, Loaded, SceneError, load};
 use whitefurnace::scene::{Geometry, Light, Mesh, Projection, SceneDescription, Shape};
 
-/// The folder of real data, or None with a printed line.
-fn data() -> Option<PathBuf> {
-    let data = std::env::var_os("WHITEFURNACE_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if data.join("scenes").is_dir() {
-        return Some(data);
-    }
-    eprintln!("skipped: no {}; WHITEFURNACE_DATA names the folder of real data", data.display());
-    None
-}
+use real_data::data;
 
+/// The folder of real scenes.
 fn scenes() -> Option<PathBuf> {
-    data().map(|data| data.join("scenes"))
+    data("scenes")
 }
 
 /// What `path` describes, if nothing in it is amiss.
@@ -195,7 +189,6 @@ fn the_examples_of_mitsuba_documentation() {
 
 #[test]
 fn meshes_of_other_programs() {
-    let Some(data) = data() else { return };
     for (name, triangles, vertices) in [
         ("meshes/spot.obj", 5856, 3225),
         ("meshes/teapot.obj", 6320, 3644),
@@ -205,7 +198,8 @@ fn meshes_of_other_programs() {
         ("scenes/mitsuba/common/meshes/bunny_lowres.ply", 0, 0),
         ("scenes/mitsuba/tests/ply/triangle_face_colors.ply", 1, 3),
     ] {
-        let loaded = strictly(&data.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let Some(path) = data(name) else { return };
+        let loaded = strictly(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         let count: usize = loaded.scene.shapes.iter().map(|s| mesh(s).triangles().len()).sum();
         if triangles > 0 {
             assert_eq!(count, triangles, "{name}");
@@ -215,7 +209,8 @@ fn meshes_of_other_programs() {
         assert_eq!(loaded.scene.lights.len(), 1, "{name}: what has no light is lit from everywhere");
     }
     for name in ["cornell_box.obj", "cornell_box_multimaterial.obj"] {
-        let scene = strictly(&data.join("meshes/tinyobj").join(name)).unwrap().scene;
+        let Some(path) = data(&format!("meshes/tinyobj/{name}")) else { return };
+        let scene = strictly(&path).unwrap().scene;
         assert!(scene.shapes.len() >= 6, "{name}: {}", scene.shapes.len());
     }
 }

@@ -212,7 +212,7 @@ impl Job<'_> {
     }
 
     /// The ray of a sample of a pixel, and the weight that the filter gives it.
-    fn camera_ray(&self, pixel: usize, width: usize, sampler: &mut impl Sampler) -> (Ray, f64) {
+    pub(crate) fn camera_ray(&self, pixel: usize, width: usize, sampler: &mut impl Sampler) -> (Ray, f64) {
         let (offset, weight) = self.filter.sample(sampler.next_2d());
         let lens = if self.scene.camera().has_lens() { sampler.next_2d() } else { DVec2::ZERO };
         let centre = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + 0.5;

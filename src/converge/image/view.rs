@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::math::color::Rgb;
@@ -68,33 +67,17 @@ impl View<'_> {
         interrupted: &AtomicBool,
         report: &mut dyn FnMut(&Film, Progress),
     ) -> Cost {
-        if let Some(place) = self.pixel {
-            return self.raise_pixel(place, radiance, numbers, film, interrupted, report);
-        }
-        let job = Job { scene: self.scene, radiance, filter: self.filter, sampler: &numbers.sampler(self.scene) };
-        progressive::render(&job, film, Stop::Samples(numbers.samples), interrupted, report)
-    }
-
-    fn raise_pixel(
-        &self,
-        [x, y]: [usize; 2],
-        radiance: &dyn Radiance,
-        numbers: Numbers,
-        film: &mut Film,
-        interrupted: &AtomicBool,
-        report: &mut dyn FnMut(&Film, Progress),
-    ) -> Cost {
-        let start = Instant::now();
-        let (sampler, samples) = (numbers.sampler(self.scene), numbers.samples);
-        let number = (y * self.scene.film().width + x) as u64;
-        let centre = DVec2::new(x as f64, y as f64) + 0.5;
+        let sampler = numbers.sampler(self.scene);
+        let job = Job { scene: self.scene, radiance, filter: self.filter, sampler: &sampler };
+        let Some([x, y]) = self.pixel else {
+            return progressive::render(&job, film, Stop::Samples(numbers.samples), interrupted, report);
+        };
+        let (start, samples, width) = (Instant::now(), numbers.samples, self.scene.film().width);
         let chunk = |from: u64, to: u64| {
             let mut sampler = sampler.clone();
             let sample = |at: u64| {
-                sampler.begin(number, at);
-                let (offset, weight) = self.filter.sample(sampler.next_2d());
-                let lens = if self.scene.camera().has_lens() { sampler.next_2d() } else { DVec2::ZERO };
-                let ray = self.scene.camera_ray(centre + offset, lens);
+                sampler.begin((y * width + x) as u64, at);
+                let (ray, weight) = job.camera_ray(y * width + x, width, &mut sampler);
                 radiance.radiance(self.scene, ray, &mut sampler) * weight
             };
             (from..to).map(sample).collect::<Vec<Rgb>>()
