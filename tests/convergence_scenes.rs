@@ -1,6 +1,6 @@
 //! Whole images in the convergence lab: rates, floors that a bias leaves and an honest renderer does not, studies that go on.
 
-#![allow(clippy::print_stderr, reason = "what was skipped")]
+#![allow(clippy::print_stderr, reason = "figures for the reader")]
 
 mod real_data;
 

@@ -1,6 +1,6 @@
 //! Scene files that users have: real ones, where the data is at hand.
 
-#![allow(clippy::print_stderr, reason = "a test that skips says so")]
+#![allow(clippy::print_stderr, reason = "figures for the reader")]
 
 mod real_data;
 

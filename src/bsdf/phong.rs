@@ -59,7 +59,7 @@ pub enum PhongNorm {
 
 impl PhongNorm {
     /// C for the exponent `n`.
-    pub fn factor(self, n: f64) -> f64 {
+    fn factor(self, n: f64) -> f64 {
         match self {
             Self::None => 1.0,
             Self::DensityNPlus1 => (n + 1.0) / TAU,

@@ -122,8 +122,9 @@ pub(super) fn roulette(args: &Roulette, out: &mut dyn Write) -> anyhow::Result<(
     for (number, share) in (0..).zip(SHARES) {
         let furnace = Furnace::new(args.rho, pole + (1.0 - pole) * share)?;
         let moments = furnace.measure(args.n, args.seed, number);
-        let (variance, std_err) = (moments.variance(), variance_std_err(&moments));
-        let error = if furnace.has_fourth_moment() { short(std_err) } else { "unknown".into() };
+        let variance = moments.variance();
+        let std_err = furnace.has_fourth_moment().then(|| variance_std_err(&moments));
+        let error = std_err.map_or("unknown".into(), short);
         table.row([short(furnace.survival()), short(variance), error, short(furnace.variance())]);
         points.push(RoulettePoint { furnace, variance, std_err });
     }

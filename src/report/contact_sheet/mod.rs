@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::render::film::Film;
 use crate::render::path::{PathTracer, Roulette, Strategy};
-use crate::render::progressive::{Job, Stop, render};
+use crate::render::progressive::{Job, Progress, Stop, render};
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
@@ -68,14 +68,11 @@ impl Shots {
     }
 }
 
-/// The path tracer of the lecture.
-pub fn tracer(bounces: u32) -> PathTracer {
-    PathTracer {
-        strategy: Strategy::Direct,
-        bounces: Some(bounces + 1),
-        roulette: Roulette::Off,
-        ..PathTracer::default()
-    }
+/// The path tracer of the lecture: light is connected to at every surface, and nothing but the limit of reflections ends a
+/// path; without one, roulette by the albedo.
+pub(in crate::report) fn tracer(reflections: Option<u32>) -> PathTracer {
+    let roulette = if reflections.is_some() { Roulette::Off } else { Roulette::Albedo };
+    PathTracer { strategy: Strategy::Direct, bounces: reflections, roulette, ..PathTracer::default() }
 }
 
 /// Renders all pictures; None where `interrupted` was set. Calls `progress` with the share of the work that is done.
@@ -124,14 +121,13 @@ fn take(
     progress: &mut dyn FnMut(f64),
 ) -> Vec<Shot> {
     let most = counts.last().copied().unwrap_or(1);
-    let (tracer, sampler) = (tracer(bounces), SamplerKind::Independent.sampler(seed, most, scene.film().width as u64));
+    let (tracer, sampler) =
+        (tracer(Some(bounces + 1)), SamplerKind::Independent.sampler(seed, most, scene.film().width as u64));
     let job = Job { scene, radiance: &tracer, filter: &scene.film().filter, sampler: &sampler };
     let mut film = Film::new(scene.film().width, scene.film().height);
     let mut seconds = 0.0;
     let shot = |&samples: &u64| {
-        let report = &mut |_: &Film, now: crate::render::progressive::Progress| {
-            progress(now.samples as f64 / most as f64);
-        };
+        let report = &mut |_: &Film, now: Progress| progress(now.samples as f64 / most as f64);
         seconds += render(&job, &mut film, Stop::Samples(samples), interrupted, report).seconds;
         Shot { samples, bounces, film: film.clone(), seconds }
     };

@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::{File, KNOWN, MEASURED, SEED, Set, csv, rounded, scene};
-use crate::render::path::{PathTracer, Roulette, Strategy};
+use crate::render::path::{PathTracer, Strategy};
 use crate::render::probe::Probe;
+use crate::report::contact_sheet::tracer;
 use crate::sampling::warp::uniform_sphere;
 use crate::scene::Ray;
 use crate::scene::builtin::furnace_radiance;
@@ -48,9 +49,7 @@ fn rows() -> Vec<Vec<String>> {
         let room = scene("furnace-box", &[("rho", rho.to_string()), ("e", e.to_string())]);
         for bounces in (0..=MOST).map(Some).chain([None]) {
             for (name, strategy) in STRATEGIES {
-                // Without a limit something must end the paths; roulette by the albedo leaves the variance finite.
-                let roulette = if bounces.is_some() { Roulette::Off } else { Roulette::Albedo };
-                let tracer = PathTracer { strategy, bounces, roulette, ..PathTracer::default() };
+                let tracer = PathTracer { strategy, ..tracer(bounces) };
                 let probe = Probe { seed: SEED, number: rows.len() as u64, samples: SAMPLES };
                 let [moments, ..] = probe.estimate(&tracer, &room, &|sampler| {
                     Ray::new(DVec3::new(0.1, -0.2, 0.3), uniform_sphere(sampler.next_2d()))

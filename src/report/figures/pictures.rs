@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 use super::{File, MEASURED, SEED, Set, csv, rounded, scene};
 use crate::math::color::Rgb;
 use crate::render::film::Film;
-use crate::render::path::{PathTracer, Roulette, Strategy};
 use crate::render::progressive::{Job, Stop, render};
+use crate::report::contact_sheet::tracer;
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
@@ -57,12 +57,6 @@ const MANY: u64 = 512;
 const ENOUGH: u64 = 64;
 /// Reflections, up to where the next one adds less than a hundredth.
 const MOST: u32 = 8;
-
-/// The path tracer of the lecture: light is connected to at every surface, and nothing but the limit ends a path.
-fn tracer(reflections: Option<u32>) -> PathTracer {
-    let roulette = if reflections.is_some() { Roulette::Off } else { Roulette::Albedo };
-    PathTracer { strategy: Strategy::Direct, bounces: reflections, roulette, ..PathTracer::default() }
-}
 
 fn room() -> Scene {
     scene("cornell-original", &[]).with_size(SIDE, SIDE)

@@ -6,7 +6,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::Figure;
 use super::frame::{Axis, Frame};
 use super::marks::{EndLabel, Sign, dashes, mark, role};
-use super::style::{Area, Drawn, Role, SIZE, anchored, colour, label_width, line, px};
+use super::style::{Area, BARS, Drawn, Role, SIZE, anchored, colour, label_width, line, px};
 use crate::report::table::short;
 
 /// A line of the plot.
@@ -28,9 +28,6 @@ impl Curve {
         self.points.iter().copied().filter(|p| p.0 > 0.0 && p.1 > 0.0 && p.1.is_finite())
     }
 }
-
-/// Error bars reach to 1.96 standard deviations: 95 %.
-const BARS: f64 = 1.96;
 
 /// The exponents that have names: independent points, stratified ones at an edge, on smooth integrands, scrambled nets on
 /// smooth integrands.

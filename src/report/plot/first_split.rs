@@ -5,12 +5,9 @@ use plotters::prelude::*;
 use super::Figure;
 use super::frame::{Axis, Frame};
 use super::marks::{EndLabel, Sign, dashes, mark, role};
-use super::style::{Area, Drawn, SIZE, line, px};
+use super::style::{Area, BARS, Drawn, SIZE, line, px};
 use crate::converge::first_split::{Fit, Law, Point};
 use crate::report::table::short;
-
-/// Error bars reach to 1.96 standard errors: 95 %.
-const BARS: f64 = 1.96;
 
 /// Measured variances with 95 % bars, the law V₀ + V₁/M through them with its two parts, and the exact law if it is known.
 pub fn first_split<'a>(points: &'a [Point], fit: &'a Fit, exact: Option<Law>) -> Figure<'a> {

@@ -10,7 +10,12 @@ pub(super) fn role(series: usize) -> Role {
     SERIES[series % SERIES.len()]
 }
 
-/// The mark of the line number `series`: eight shapes, shifted against the eight colours after each round.
+/// The shape of the marks of the line number `series`: one of eight, shifted against the eight colours after each round.
+fn shape(series: usize) -> usize {
+    (series + series / SERIES.len()) % 8
+}
+
+/// The mark of the line number `series`.
 pub(super) fn mark(area: &Area<'_>, series: usize, (x, y): (i32, i32)) -> Drawn {
     let (role, r) = (role(series), px(4));
     let fill = colour(role).filled();
@@ -18,7 +23,7 @@ pub(super) fn mark(area: &Area<'_>, series: usize, (x, y): (i32, i32)) -> Drawn 
         |corners: &[(i32, i32)]| Polygon::new(corners.iter().map(|c| (x + c.0, y + c.1)).collect::<Vec<_>>(), fill);
     let stroke =
         |a: (i32, i32), b: (i32, i32)| PathElement::new(vec![(x + a.0, y + a.1), (x + b.0, y + b.1)], line(role, 2));
-    match (series + series / SERIES.len()) % 8 {
+    match shape(series) {
         0 => area.draw(&Circle::new((x, y), r, fill))?,
         1 => area.draw(&polygon(&[(-r - 2, r), (r + 2, r), (0, -r - 5)]))?,
         2 => area.draw(&polygon(&[(-r + 1, -r + 1), (r - 1, -r + 1), (r - 1, r - 1), (-r + 1, r - 1)]))?,
@@ -54,7 +59,7 @@ pub(super) enum Sign {
     Series(usize),
     /// The mark of a series with its bar.
     Mark(usize),
-    /// A ring with its bar.
+    /// A ring, without a bar.
     Hollow(Role),
     /// None.
     Space,
@@ -79,10 +84,7 @@ fn sign(area: &Area<'_>, sign: Sign, (x, y): (i32, i32)) -> Drawn {
             area.draw(&bar(role(series)))?;
             mark(area, series, (x + SIGN / 2, y))?;
         }
-        Sign::Hollow(role) => {
-            area.draw(&bar(role))?;
-            hollow(area, role, (x + SIGN / 2, y))?;
-        }
+        Sign::Hollow(role) => hollow(area, role, (x + SIGN / 2, y))?,
         Sign::Space => {}
     }
     Ok(())
@@ -206,7 +208,7 @@ mod tests {
 
     #[test]
     fn no_two_of_sixteen_lines_look_alike() {
-        let look = |series: usize| (role(series), (series + series / SERIES.len()) % 8);
+        let look = |series: usize| (role(series), shape(series));
         for a in 0..16 {
             assert!((0..a).all(|b| look(a) != look(b)), "{a}");
         }

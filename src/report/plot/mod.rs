@@ -196,8 +196,24 @@ mod tests {
         };
         let empty = Histogram { edges: vec![0.0], sampled: vec![], claimed: vec![], draws: 0, resolved: false };
         let black = vec![vec![(0.0, 0.0)]];
-        let figures =
-            [albedo(&curve, &[]), asymmetry(&map), histogram(&h), histogram(&empty), lobes(&black), lobes(&[])];
+        let line = Curve {
+            name: "cosine".into(),
+            points: vec![(16.0, 0.1, 0.1), (64.0, 0.05, 0.1)],
+            sigma: Some(0.4),
+            theory: [-1.5, -0.5],
+        };
+        let furnace = crate::converge::roulette::Furnace::new(0.9, 0.93).unwrap();
+        let measured = [RoulettePoint { furnace, variance: 60.0, std_err: Some(5.0) }];
+        let figures = [
+            albedo(&curve, &[]),
+            asymmetry(&map),
+            convergence(std::slice::from_ref(&line)),
+            histogram(&h),
+            histogram(&empty),
+            lobes(&black),
+            lobes(&[]),
+            roulette(0.9, &measured),
+        ];
         for figure in figures {
             let svg = figure.inline();
             assert!(svg.starts_with("<svg role=\"img\""), "{}", &svg[..80.min(svg.len())]);

@@ -6,7 +6,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::Figure;
 use super::frame::{Axis, Frame};
 use super::marks::{Sign, dashes, hollow, legend, mark, role};
-use super::style::{Area, Drawn, Role, anchored, colour, label, label_width, line, px};
+use super::style::{Area, BARS, Drawn, Role, anchored, colour, label, label_width, line, px};
 use crate::converge::roulette::Furnace;
 use crate::report::table::short;
 
@@ -17,17 +17,14 @@ pub struct RoulettePoint {
     pub furnace: Furnace,
     /// The variance of the samples.
     pub variance: f64,
-    /// Its standard error, which means nothing where the fourth moment is infinite.
-    pub std_err: f64,
+    /// Its standard error; None where the fourth moment is infinite, and the samples cannot know it.
+    pub std_err: Option<f64>,
 }
-
-/// Error bars reach to 1.96 standard errors: 95 %.
-const BARS: f64 = 1.96;
 
 /// Share of the axis that the region of infinite variance takes, where ρ² allows.
 const REGION: f64 = 0.24;
 
-/// The closed form as a line, the region q ≤ ρ² in which it is infinite, and measured variances with 95 % bars: as rings
+/// The closed form as a line, the region q ≤ ρ² in which it is infinite, and measured variances with 95 % bars, or as rings
 /// where the samples cannot know their error.
 pub fn roulette(rho: f64, points: &[RoulettePoint]) -> Figure<'_> {
     Figure::new("Variance of Russian roulette", move |area| draw(rho, points, area))
@@ -41,7 +38,7 @@ fn draw(rho: f64, points: &[RoulettePoint], area: &Area<'_>) -> Drawn {
     let qs = |share: f64| pole + (1.0 - pole) * share;
     let (least, most) = (variance(qs(0.985)), variance(qs(0.004)));
     let finite = |p: &&RoulettePoint| p.variance > 0.0 && p.variance.is_finite();
-    let values = points.iter().filter(finite).flat_map(|p| [p.variance, p.variance + BARS * p.std_err]);
+    let values = points.iter().filter(finite).flat_map(|p| [p.variance, p.variance + BARS * p.std_err.unwrap_or(0.0)]);
     let (least, most) = values.fold((least, most), |(a, b), v| (a.min(v), b.max(v)));
     if !(least > 0.0 && least < most && most.is_finite()) {
         return Err("nothing to draw".into());
@@ -74,15 +71,18 @@ fn draw(rho: f64, points: &[RoulettePoint], area: &Area<'_>) -> Drawn {
     let curve = frame.path(seen.filter(|p| p.1 >= frame.y.from && p.1 <= frame.y.to));
     area.draw(&PathElement::new(curve, line(role(0), 2)))?;
     for p in points.iter().filter(finite) {
-        let (q, known) = (p.furnace.survival(), p.furnace.has_fourth_moment());
-        let low = Some(p.variance - BARS * p.std_err).filter(|&low| low > frame.y.from).unwrap_or(frame.y.from);
-        let shown = if known { role(1) } else { role(3) };
-        area.draw(&PathElement::new(frame.path([(q, low), (q, p.variance + BARS * p.std_err)]), line(shown, 1)))?;
-        if known { mark(area, 1, frame.at(q, p.variance))? } else { hollow(area, shown, frame.at(q, p.variance))? }
+        let q = p.furnace.survival();
+        let Some(std_err) = p.std_err else {
+            hollow(area, role(3), frame.at(q, p.variance))?;
+            continue;
+        };
+        let low = (p.variance - BARS * std_err).max(frame.y.from);
+        area.draw(&PathElement::new(frame.path([(q, low), (q, p.variance + BARS * std_err)]), line(role(1), 1)))?;
+        mark(area, 1, frame.at(q, p.variance))?;
     }
     let mut entries =
         vec![(Sign::Line(line(role(0), 2)), "ρ²(1−q) / ((1−ρ)²(q−ρ²))"), (Sign::Mark(1), "measured, 95 %")];
-    if points.iter().any(|p| !p.furnace.has_fourth_moment()) {
+    if points.iter().any(|p| p.std_err.is_none()) {
         entries.push((Sign::Hollow(role(3)), "q ≤ ρ^(4/3): no known error"));
     }
     legend(area, (frame.right - px(6), frame.top + px(6)), true, &entries)
@@ -96,7 +96,8 @@ mod tests {
     fn the_region_of_infinite_variance_is_named() {
         for rho in [0.05, 0.5, 0.9, 0.99] {
             let furnace = Furnace::new(rho, 0.5 + 0.5 * rho).unwrap();
-            let point = RoulettePoint { furnace, variance: furnace.variance(), std_err: 0.1 * furnace.variance() };
+            let point =
+                RoulettePoint { furnace, variance: furnace.variance(), std_err: Some(0.1 * furnace.variance()) };
             let svg = roulette(rho, &[point]).inline();
             assert!(
                 svg.contains("infinite variance") && svg.contains(&format!("q ≤ ρ² = {}", short(rho * rho))),

@@ -60,6 +60,8 @@ pub(super) const SERIES: [Role; 8] =
 
 /// Units of the drawing in one pixel of the intended size: plotters rounds to whole units, and curves must stay smooth.
 const UNIT: i32 = 4;
+/// Error bars reach to 1.96 standard errors: 95 %.
+pub(super) const BARS: f64 = 1.96;
 /// Width and height of a plot in pixels.
 pub(super) const SIZE: (i32, i32) = (640, 420);
 /// In pixels, as plotters means it: 1.24 ems.

@@ -97,7 +97,7 @@ mod tests {
         let sum = |v: f64| shown(&scale, v).iter().map(|&c| u32::from(c)).sum::<u32>();
         assert!(sum(0.0) < sum(1e-3) && sum(1e-3) < sum(1e-1) && sum(1e-1) < sum(1.0));
         assert_eq!(shown(&scale, f64::NAN), [255, 0, 255]);
-        assert_eq!(scale.share(0.0).max(0.0), 0.0);
+        assert_eq!(shown(&scale, 0.0), shown(&scale, scale.from), "what is below the scale has its lowest colour");
     }
 
     #[test]
