@@ -66,10 +66,15 @@ impl Pixel {
         } else {
             self.nonfinite += 1;
         }
-        if self.open.n > 0 && (self.n + self.nonfinite) & (batch - 1) == 0 {
+        if self.open.n > 0 && self.drawn() & (batch - 1) == 0 {
             let Open { n, sum } = std::mem::take(&mut self.open);
             self.close(n as f64, sum / n as f64);
         }
+    }
+
+    /// All samples, finite or not.
+    pub fn drawn(&self) -> u64 {
+        self.n + self.nonfinite
     }
 
     /// Takes the mean of a batch of so many samples, which are counted in n.
@@ -234,6 +239,11 @@ impl Film {
     /// Finite samples of the whole film.
     pub fn samples(&self) -> u64 {
         self.pixels.iter().map(|pixel| pixel.n).sum()
+    }
+
+    /// Samples that were drawn for some pixel, and for no pixel more.
+    pub fn most_drawn(&self) -> u64 {
+        self.pixels.iter().map(Pixel::drawn).max().unwrap_or(0)
     }
 
     /// Samples of the whole film that were NaN or infinite.

@@ -141,11 +141,7 @@ pub fn render(
 
 /// The fewest samples of any pixel, lost ones included.
 fn least_samples(film: &Film) -> u64 {
-    film.pixels().iter().map(drawn).min().unwrap_or(0)
-}
-
-fn drawn(pixel: &Pixel) -> u64 {
-    pixel.n + pixel.nonfinite
+    film.pixels().iter().map(Pixel::drawn).min().unwrap_or(0)
 }
 
 /// Brings every pixel up to `target` samples; the number of rays that it took.
@@ -196,7 +192,7 @@ impl Job<'_> {
         let mut wave = Vec::with_capacity(WAVE);
         let mut places = Vec::with_capacity(WAVE);
         for i in 0..part.pixels.len() {
-            for number in drawn(&part.pixels[i])..target {
+            for number in part.pixels[i].drawn()..target {
                 let pixel = part.first + i;
                 let mut sampler = sampler.clone();
                 sampler.begin(pixel as u64, number);

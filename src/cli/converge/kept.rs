@@ -81,8 +81,8 @@ impl Kept {
 
     fn provenance(&self, film: &Film, scene: &str, seed: u64) -> Provenance {
         // Where the work was cut short, some pixels have fewer: the numbers in between count as taken.
-        let count = film.pixels().iter().map(|pixel| pixel.n + pixel.nonfinite).max().unwrap_or(0);
-        Provenance::new(scene, &self.settings, Run { seed, first: 0, count }, 0.0)
+        let run = Run { seed, first: 0, count: film.most_drawn() };
+        Provenance::new(scene, &self.settings, run, 0.0)
     }
 
     /// The study is done: its state goes, its own reference stays as a picture that states its error.

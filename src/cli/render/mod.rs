@@ -112,8 +112,8 @@ fn begin(args: &RenderArgs, scene: &Scene, how: &str, batch: u64) -> anyhow::Res
 /// `before`, with the samples that are on the film now.
 fn up_to(before: &Provenance, film: &Film, seed: u64) -> Provenance {
     // Where the work was cut short, some pixels have fewer: the numbers in between count as taken.
-    let count = film.pixels().iter().map(|pixel| pixel.n + pixel.nonfinite).max().unwrap_or(0);
-    Provenance { runs: vec![Run { seed, first: 0, count }], ..before.clone() }
+    let run = Run { seed, first: 0, count: film.most_drawn() };
+    Provenance { runs: vec![run], ..before.clone() }
 }
 
 fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {

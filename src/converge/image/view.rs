@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::math::color::Rgb;
 use crate::render::Radiance;
-use crate::render::film::Film;
+use crate::render::film::{Film, Pixel};
 use crate::render::progressive::{self, Cost, Job, Progress, Stop};
 use crate::sampling::filter::Filter;
 use crate::sampling::sampler::{AnySampler, Sampler, SamplerKind};
@@ -83,7 +83,7 @@ impl View<'_> {
             (from..to).map(sample).collect::<Vec<Rgb>>()
         };
         loop {
-            let done = film.pixels().first().map_or(samples, |pixel| pixel.n + pixel.nonfinite);
+            let done = film.pixels().first().map_or(samples, Pixel::drawn);
             if done >= samples || interrupted.load(Ordering::Relaxed) {
                 break;
             }
