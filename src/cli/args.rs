@@ -11,6 +11,7 @@ use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
 use super::notebooks_data::{self, NotebooksDataArgs};
 use super::plot::PlotArgs;
+use super::radiosity::{self, RadiosityArgs, ViewFactorsArgs};
 use super::render::{self, RenderArgs};
 use super::scenes::ScenesArgs;
 use crate::bsdf::subject::nearest_name;
@@ -97,6 +98,12 @@ pub(super) enum Command {
     /// Renders a scene by path tracing
     #[command(after_help = render::HELP)]
     Render(RenderArgs),
+    /// Solves the radiosity equations of a diffuse scene
+    #[command(after_help = radiosity::RADIOSITY_HELP)]
+    Radiosity(RadiosityArgs),
+    /// Finds the view factors between the patches of a scene
+    #[command(after_help = radiosity::VIEW_FACTORS_HELP)]
+    ViewFactors(ViewFactorsArgs),
     /// Compares two pictures: error metrics, and whether noise explains the difference
     #[command(after_help = compare::HELP)]
     Compare(CompareArgs),

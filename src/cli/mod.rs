@@ -17,6 +17,7 @@ mod merge;
 mod notebooks_data;
 mod plot;
 mod progress;
+mod radiosity;
 mod render;
 mod sample;
 mod scene_source;
@@ -82,6 +83,8 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::NotebooksData(args) => notebooks_data::run(&args, &mut out),
         Command::Scenes(args) => scenes::run(&args, &mut out),
         Command::Render(args) => render::run(&args, &mut out),
+        Command::Radiosity(args) => radiosity::run(&args, &mut out),
+        Command::ViewFactors(args) => radiosity::run_view_factors(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
         Command::Merge(args) => merge::run(merge::job(args)?, &mut out),
         Command::Plot(args) => plot::run(&args, &mut out),

@@ -7,6 +7,7 @@ pub mod path;
 pub mod probe;
 pub mod progressive;
 pub mod provenance;
+pub mod radiosity;
 
 use crate::math::color::Rgb;
 use crate::sampling::points::Lattice;

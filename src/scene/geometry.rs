@@ -235,6 +235,22 @@ impl Surfaces {
         self.triangle_bvh.accelerate(work)
     }
 
+    /// The surface at a point of one of two primitives: of the first if it is a quadric or the point lies within it.
+    pub(super) fn surface_at(&self, [first, second]: [usize; 2], p: DVec3) -> Surface {
+        if first >= self.triangles.len() {
+            return self.quadric_surface(p, first);
+        }
+        let at = |primitive: usize| {
+            let [a, b, c] = self.triangles[primitive].map(|i| self.positions[i as usize]);
+            let (e1, e2, n) = (b - a, c - a, (b - a).cross(c - a));
+            let [b1, b2] = [(p - a).cross(e2), e1.cross(p - a)].map(|part| part.dot(n) / n.length_squared());
+            Hit { t: 0.0, primitive: primitive as u32, b1, b2 }
+        };
+        let hit = at(first);
+        let inside = hit.b1 >= 0.0 && hit.b2 >= 0.0 && hit.b1 + hit.b2 <= 1.0;
+        self.surface(&Ray::new(p, DVec3::Z), &if inside { hit } else { at(second) }, |_| true)
+    }
+
     pub(super) fn triangle_count(&self) -> usize {
         self.triangles.len()
     }

@@ -98,6 +98,16 @@ impl Material {
         }
     }
 
+    /// Whether the surface is diffuse everywhere, with a reflectance that may vary.
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self.model, Model::Lambert(_) | Model::TexturedLambert(_))
+    }
+
+    /// Whether the model may differ from point to point.
+    pub fn varies(&self) -> bool {
+        matches!(self.model, Model::TexturedLambert(_) | Model::Varying(_))
+    }
+
     /// The kinds of lobes that it has anywhere.
     pub fn lobes(&self) -> Lobes {
         match &self.model {

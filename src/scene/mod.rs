@@ -24,6 +24,7 @@ pub use geometry::{Hit, Surface};
 pub use light::{EnvironmentMap, Light};
 pub use material::{LocalBsdf, Material, Varying};
 pub use mesh::{Mesh, MeshError};
+pub(crate) use quadric::Quadric;
 pub use ray::Ray;
 pub use shape::{Geometry, Shape};
 pub use texture::{Bitmap, Texture, Wrap};
@@ -176,6 +177,61 @@ impl Scene {
     /// How many triangles and quadrics there are.
     pub fn primitives(&self) -> usize {
         self.surfaces.primitive_count()
+    }
+
+    /// How many triangles there are: the first primitives.
+    pub(crate) fn triangles(&self) -> usize {
+        self.surfaces.triangle_count()
+    }
+
+    /// The corners of a triangle, counter-clockwise seen from its outside, and the number of its shape.
+    pub(crate) fn triangle(&self, primitive: usize) -> ([DVec3; 3], usize) {
+        (self.surfaces.corners(primitive), self.surfaces.triangle_shape(primitive))
+    }
+
+    /// The quadrics, in the order of their primitives after the triangles: each with the number of its shape, and 1 or, where
+    /// it is turned inside out, −1.
+    pub(crate) fn quadrics(&self) -> impl Iterator<Item = (Quadric, usize, f64)> {
+        let all = self.surfaces.quadrics().iter();
+        all.map(|&(quadric, shape)| {
+            (quadric, shape as usize, if self.surfaces.is_inside_out(shape as usize) { -1.0 } else { 1.0 })
+        })
+    }
+
+    /// The surface at a point of one of two primitives.
+    pub(crate) fn surface_at(&self, primitives: [usize; 2], p: DVec3) -> Surface {
+        self.surfaces.surface_at(primitives, p)
+    }
+
+    /// The largest coordinate that rays meet or start from.
+    pub(crate) fn extent(&self) -> f64 {
+        self.extent
+    }
+
+    /// The ray along `dir` from just off the point `p` of a surface with this normal.
+    pub(crate) fn ray_off(&self, p: DVec3, normal: DVec3, dir: DVec3) -> Ray {
+        Ray::new(offset_origin_within(p, normal, dir, self.extent), dir)
+    }
+
+    /// A point of a surface with this normal, moved off it to that side.
+    pub(crate) fn lifted(&self, p: DVec3, normal: DVec3) -> DVec3 {
+        offset_origin_within(p, normal, normal, self.extent)
+    }
+
+    /// Whether nothing lies between two points that are off all surfaces.
+    #[inline]
+    pub(crate) fn is_free(&self, from: DVec3, to: DVec3) -> bool {
+        let way = to - from;
+        let distance = way.length();
+        rays::count(1);
+        !self.surfaces.occluded(&Ray::up_to(from, way / distance, distance))
+    }
+
+    /// Whether nothing lies between two points of surfaces with these normals, each seen from the side to which its normal
+    /// points.
+    #[inline]
+    pub(crate) fn sees(&self, (p, n): (DVec3, DVec3), (q, m): (DVec3, DVec3)) -> bool {
+        self.is_free(self.lifted(p, n), self.lifted(q, m))
     }
 
     /// The material of a shape.

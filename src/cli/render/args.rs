@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use crate::cli::args::{positive, sampler, seed};
+use crate::cli::radiosity;
 use crate::cli::scene_source::SceneArgs;
 use crate::render::path::{Roulette, Strategy};
 use crate::sampling::filter::Filter;
@@ -22,6 +23,7 @@ pub(in crate::cli) const HELP: &str = "SCENE is a file (Mitsuba XML, OBJ, PLY, g
     Examples:\n  whitefurnace render cornell-original -o box.exr -o box.png --spp 256\n  \
     whitefurnace render scene.xml -o a.exr --bounces 1 --strategy direct\n  \
     whitefurnace render scene.xml -o a.exr --rel-error 0.01 --checkpoint a.wfc\n  \
+    whitefurnace render cornell-original -o patches.png --method radiosity --display gather-direct\n  \
     whitefurnace render scene.xml -o a.exr --spp 4096 --resume a.wfc --checkpoint a.wfc";
 
 #[derive(Debug, clap::Args)]
@@ -46,6 +48,11 @@ pub(in crate::cli) struct RenderArgs {
     /// Largest number of reflections, or `inf`. Default: what the scene asks for, else inf
     #[arg(long, value_name = "R", value_parser = bounces)]
     pub(super) bounces: Option<Bounces>,
+    /// The algorithm
+    #[arg(long, value_enum, default_value = "path")]
+    pub(super) method: MethodArg,
+    #[command(flatten)]
+    pub(super) radiosity: radiosity::DisplayArgs,
     /// How light is found
     #[arg(long, value_enum, default_value = "mis")]
     pub(super) strategy: StrategyArg,
@@ -83,6 +90,14 @@ pub(in crate::cli) struct RenderArgs {
     /// Write seconds, samples, rays, memory, mean and error as JSON, `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub(super) stats_json: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum MethodArg {
+    /// Path tracing
+    Path,
+    /// The radiosity equations of the scene's patches, which must be diffuse
+    Radiosity,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -11,6 +11,7 @@ use anyhow::{Context, anyhow, bail};
 use indicatif::ProgressBar;
 
 use super::{Status, progress, scene_source};
+use crate::render::Radiance;
 use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
 use crate::render::path::{PathTracer, Strategy};
@@ -21,6 +22,7 @@ use crate::scene::Scene;
 
 pub(super) use args::{Bounces, HELP, RenderArgs, bounces, filter, size};
 
+use args::MethodArg;
 use output::{Outputs, Report};
 
 /// Samples per pixel where neither the command line nor the scene says how many.
@@ -54,7 +56,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
         None => scene,
     };
     let build = start.elapsed().as_secs_f64() - load;
-    let tracer = tracer(args, &scene)?;
+    let (radiance, algorithm) = algorithm(args, &scene)?;
     let filter = args.filter.as_ref().unwrap_or(&scene.film().filter);
     let stop = stop(args, &scene);
     let known = match stop {
@@ -63,13 +65,13 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     };
     let planned = known.unwrap_or(DEFAULT_SAMPLES.into());
     let sampler = args.sampler.sampler(args.seed, planned, scene.film().width as u64);
-    let job = Job { scene: &scene, radiance: &tracer, filter, sampler: &sampler };
+    let job = Job { scene: &scene, radiance: &*radiance, filter, sampler: &sampler };
     // The others go on with the same points, however many there are to be.
     let grid = match args.sampler {
         SamplerKind::Independent | SamplerKind::Lattice | SamplerKind::Sobol => String::new(),
         _ => format!(" for {planned} samples"),
     };
-    let how = format!("{tracer:?}, filter {filter}, sampler {:?}{grid}", args.sampler);
+    let how = format!("{algorithm}, filter {filter}, sampler {:?}{grid}", args.sampler);
     let state = begin(args, &scene, &how, progressive::batch_for(args.sampler, known))?;
 
     let interrupted = progress::interruption();
@@ -114,6 +116,20 @@ fn up_to(before: &Provenance, film: &Film, seed: u64) -> Provenance {
     // Where the work was cut short, some pixels have fewer: the numbers in between count as taken.
     let run = Run { seed, first: 0, count: film.most_drawn() };
     Provenance { runs: vec![run], ..before.clone() }
+}
+
+/// What renders, and how in words: where they are the same, the expectation of every sample is.
+fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Box<dyn Radiance>, String)> {
+    match args.method {
+        MethodArg::Path => {
+            let tracer = tracer(args, scene)?;
+            Ok((Box::new(tracer), format!("{tracer:?}")))
+        }
+        MethodArg::Radiosity => {
+            let (solution, how) = args.radiosity.solve(scene, args.bounces.and_then(|Bounces(r)| r), args.seed)?;
+            Ok((Box::new(solution), how))
+        }
+    }
 }
 
 fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {

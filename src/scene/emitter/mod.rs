@@ -158,6 +158,11 @@ impl Emitters {
         self.dirac
     }
 
+    /// Whether there is a light that is not a surface.
+    pub fn has_others_than_surfaces(&self) -> bool {
+        self.all.iter().any(|emitter| !matches!(emitter, Emitter::Area { .. }))
+    }
+
     /// Whether there is an emitter to connect to.
     #[inline]
     pub fn any(&self, sought: Sought) -> bool {

@@ -1,0 +1,108 @@
+//! `whitefurnace radiosity`: the light of diffuse surfaces by the radiosity equations.
+
+mod args;
+mod report;
+mod view_factors;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+
+use super::job::{Sink, sink};
+use super::{Status, progress, scene_source};
+use crate::image::Format;
+use crate::render::film::Film;
+use crate::render::progressive::{self, Job, Stop};
+use crate::render::provenance::{Provenance, Run};
+use crate::render::radiosity::model::{DEFAULT_PATCHES, Radiosity, SolvedScene};
+use crate::render::radiosity::solve::{Method, Settings};
+use crate::report::save::Target;
+use crate::sampling::sampler::SamplerKind;
+use crate::scene::Scene;
+
+pub(super) use args::{DisplayArgs, RADIOSITY_HELP, RadiosityArgs, VIEW_FACTORS_HELP, ViewFactorsArgs};
+pub(super) use view_factors::run as run_view_factors;
+
+pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
+    let images = images(&args.outputs)?;
+    let json = args.json.clone().map(|path| sink("--json", path)).transpose()?;
+    let loaded = args.scene.load()?;
+    if !args.quiet {
+        scene_source::warn(&loaded)?;
+    }
+    let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
+    let scene = match args.size {
+        Some((width, height)) => scene.with_size(width, height),
+        None => scene,
+    };
+    let solved = model(args).solve(&scene).with_context(|| args.scene.typed().to_string())?;
+    match &json {
+        Some(Sink::Stdout) => writeln!(out, "{}", report::json(&solved, method(args), args.per_patch)?)?,
+        Some(Sink::File(target)) => target
+            .write(report::json(&solved, method(args), args.per_patch)?.as_bytes())
+            .context("--json: cannot be written")?,
+        None => {}
+    }
+    let status = if solved.solved.converged || args.bounces.is_some() { Status::Pass } else { Status::Inconclusive };
+    if !args.quiet && !matches!(json, Some(Sink::Stdout)) {
+        write!(out, "{}", report::text(&solved, method(args), args.bounces))?;
+    }
+    if !images.is_empty() {
+        draw(args, &scene, solved, &images)?;
+    }
+    Ok(status)
+}
+
+fn method(args: &RadiosityArgs) -> Method {
+    let default = if args.bounces.is_some() { Method::Jacobi } else { Method::GaussSeidel };
+    args.method.map_or(default, Into::into)
+}
+
+fn model(args: &RadiosityArgs) -> Radiosity {
+    Radiosity {
+        fineness: args.mesh.fineness(DEFAULT_PATCHES),
+        adaptive: args.adaptive,
+        materials: args.mesh.materials(),
+        factors: args.factors.method(args.view_factors),
+        enforce: args.factors.enforce(),
+        method: method(args),
+        settings: Settings { tolerance: args.tol, bounces: args.bounces, ..Settings::default() },
+        memory: args.factors.memory(),
+    }
+}
+
+/// Where images go, and in which format: found now, not after the solution.
+fn images(paths: &[PathBuf]) -> anyhow::Result<Vec<(Target, Format)>> {
+    if let Some(twice) = (1..paths.len()).find(|&i| paths[..i].contains(&paths[i])) {
+        bail!("-o {}: the same file is named twice", paths[twice].display());
+    }
+    let each = paths.iter().map(|path| {
+        let format = Format::of(path).with_context(|| format!("-o {}", path.display()))?;
+        Ok((super::job::target("-o", path.clone())?, format))
+    });
+    each.collect()
+}
+
+fn draw(args: &RadiosityArgs, scene: &Scene, solved: SolvedScene, images: &[(Target, Format)]) -> anyhow::Result<()> {
+    let (width, height) = (scene.film().width, scene.film().height);
+    let count = solved.patches.all().len();
+    let solution = solved.shown(args.display.into());
+    let kind = SamplerKind::default();
+    let sampler = kind.sampler(args.factors.seed, args.spp, width as u64);
+    let job = Job { scene, radiance: &solution, filter: &scene.film().filter, sampler: &sampler };
+    let mut film = Film::new(width, height).with_batches(progressive::batch_for(kind, Some(args.spp)));
+    let interrupted = progress::interruption();
+    let bar = progress::bar(args.quiet);
+    let cost = progressive::render(&job, &mut film, Stop::Samples(args.spp), &interrupted, &mut |_, now| {
+        progress::show(&bar, &format!("{} samples per pixel", now.samples), now.seconds, 0.0, now.share);
+    });
+    bar.finish_and_clear();
+    let settings = format!("{width}x{height}, radiosity of {count} patches by {}, {:?}", method(args), args.display);
+    let run = Run { seed: args.factors.seed, first: 0, count: film.most_drawn() };
+    let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
+    for (target, format) in images {
+        target.write(&image.encode(*format, args.exposure)?).context("-o: cannot be written")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,114 @@
+//! `radiosity`, `view-factors` and `render --method radiosity` as their users meet them.
+
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn run(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_whitefurnace")).args(args).output().expect("the program starts")
+}
+
+fn succeeds(args: &[&str]) -> String {
+    let output = run(args);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {error}");
+    assert_eq!(error, "", "{args:?}");
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&succeeds(args)).expect("JSON")
+}
+
+/// Exit 2, nothing on standard output, and one line on standard error that says all of `needles`.
+fn refused(args: &[&str], needles: &[&str]) {
+    let output = run(args);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
+    assert!(output.stdout.is_empty(), "{args:?}");
+    assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
+    for needle in needles {
+        assert!(error.contains(needle), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn the_solution_is_in_the_format_that_other_programs_read() {
+    for (method, iterations) in [("dense", 1), ("jacobi", 20), ("gauss-seidel", 10), ("cg", 1), ("southwell", 50)] {
+        let found = json(&["radiosity", "cube-one-emitter", "--patches", "6", "--method", method, "--json", "-"]);
+        assert_eq!((&found["schema"], &found["patches"]), (&1.into(), &6.into()));
+        assert_eq!(found["method"], method);
+        assert!(found["iterations"].as_u64().unwrap() >= iterations, "{found}");
+        let surfaces = found["surfaces"].as_array().unwrap();
+        let names: Vec<&str> = surfaces.iter().map(|s| s["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["bottom", "top", "left", "right", "front", "back"]);
+        // Section 2.4's values for one patch a face, to nine decimals.
+        for (i, b) in [(0, 1.090909098), (1, 0.181745826), (2, 0.181836269)] {
+            assert!((surfaces[i]["B"][0].as_f64().unwrap() - b).abs() < 2e-9, "{method}: {found}");
+            // B = E + ρ H with ρ = ½.
+            let emitted = if i == 0 { 1.0 } else { 0.0 };
+            let h = surfaces[i]["H"][2].as_f64().unwrap();
+            assert!((emitted + 0.5 * h - b).abs() < 2e-9 && surfaces[i]["area"] == 1.0);
+        }
+        let energy = |key: &str| found["energy"][key].as_f64().unwrap();
+        assert!((energy("emitted") - 1.0).abs() < 1e-12);
+        assert!((energy("emitted") - energy("absorbed") - energy("escaped")).abs() < 1e-6);
+        assert!(found["residual"].as_f64().unwrap() <= found["certified_bound"].as_f64().unwrap());
+        assert!(found["seconds"]["solve"].as_f64().unwrap() >= 0.0 && found.get("per_patch").is_none());
+    }
+    let patches = json(&["radiosity", "cube-one-emitter", "--patches", "24", "--json", "-", "--per-patch"]);
+    assert_eq!(patches["per_patch"].as_array().unwrap().len(), 24);
+}
+
+#[test]
+fn a_number_of_reflections_is_exact() {
+    // After one reflection: half the view factors.
+    let found = json(&["radiosity", "cube-one-emitter", "--patches", "6", "--bounces", "1", "--json", "-"]);
+    assert_eq!(found["method"], "jacobi");
+    assert!((found["surfaces"][1]["B"][0].as_f64().unwrap() - 0.0999124478).abs() < 1e-9);
+    refused(
+        &["radiosity", "cube-one-emitter", "--patches", "6", "--bounces", "1", "--method", "cg"],
+        &["cg", "jacobi"],
+    );
+}
+
+#[test]
+fn view_factors_are_printed_in_three_forms() {
+    let args = ["view-factors", "cube-one-emitter", "--method", "rectangles", "--patches", "6"];
+    let text = succeeds(&args);
+    for needle in ["0.199824896", "0.200043776", "row sums", "reciprocity", "escape", "what is in between is ignored"] {
+        assert!(text.contains(needle), "{needle}: {text}");
+    }
+    let found = json(&[&args[..], &["--json"]].concat());
+    assert!((found["rows"][0][1].as_f64().unwrap() - 0.199824895698387).abs() < 1e-14, "{found}");
+    assert_eq!(found["row_sums"].as_array().unwrap().len(), 6);
+    let csv = succeeds(&[&args[..], &["--csv"]].concat());
+    assert!(csv.starts_with("from,to,from_surface,to_surface,from_area,F\n0,1,bottom,top,"), "{csv}");
+    assert_eq!(csv.lines().count(), 1 + 6 * 5);
+    let rays =
+        ["view-factors", "cube-one-emitter", "--method", "monte-carlo", "--patches", "6", "--enforce", "closure"];
+    assert!(succeeds(&rays).contains("enforced: changed by"));
+}
+
+#[test]
+fn a_solution_is_rendered() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (direct, by_render) = (path("a.pfm"), path("b.pfm"));
+    succeeds(&["radiosity", "cornell-original", "--patches", "60", "-o", &direct, "--size", "16x16", "--spp", "4"]);
+    let args = ["render", "cornell-original", "--method", "radiosity", "--patches", "60", "--size", "16x16"];
+    succeeds(&[&args[..], &["--spp", "4", "-o", &by_render, "--quiet"]].concat());
+    assert_eq!(std::fs::read(direct).unwrap(), std::fs::read(by_render).unwrap(), "one picture, two commands");
+}
+
+#[test]
+fn bad_input_is_one_clear_line() {
+    refused(&["radiosity", "veach-mis"], &["not diffuse", "smooth"]);
+    refused(&["radiosity", "furnace-box", "--param", "rho=1"], &["below 1", "wall"]);
+    refused(&["radiosity", "cornell-original", "--patches", "0"], &["--patches"]);
+    refused(&["radiosity", "cornell-original", "--patches", "20000"], &["MiB", "Fewer patches"]);
+    refused(&["radiosity", "cornell-original", "--tol", "0"], &["--tol"]);
+    refused(&["view-factors", "furnace-sphere", "--method", "contour"], &["curved", "monte-carlo"]);
+    refused(&["view-factors", "cornell-original", "--method", "rectangles"], &["rectangles"]);
+}
