@@ -72,7 +72,7 @@ impl FactorMatrix {
         (0..self.n).into_par_iter().map(|i| self.row(i).iter().copied().collect::<Neumaier>().value()).collect()
     }
 
-    /// The memory of a dense matrix of `n` patches [bytes], 8 n².
+    /// The memory of a dense matrix of `n` patches \[bytes\], 8 n².
     pub fn bytes(n: usize) -> u64 {
         (n as u64).saturating_mul(n as u64).saturating_mul(size_of::<f64>() as u64)
     }

@@ -31,7 +31,7 @@ pub struct Radiosity {
     pub method: Method,
     /// How far it goes.
     pub settings: Settings,
-    /// The largest matrix [bytes].
+    /// The largest matrix \[bytes\].
     pub memory: u64,
 }
 

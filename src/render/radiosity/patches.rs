@@ -169,7 +169,7 @@ impl Patches {
         material.at(surface.uv, surface.color).eval(DVec3::Z, DVec3::Z) * std::f64::consts::PI
     }
 
-    /// Total emitted power [W].
+    /// Total emitted power \[W\].
     pub fn emitted(&self) -> Rgb {
         self.all.iter().map(|patch| patch.emission * patch.area).sum()
     }

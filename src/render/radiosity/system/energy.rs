@@ -10,7 +10,7 @@
 use super::System;
 use crate::math::color::Rgb;
 
-/// The powers [W] of a radiosity, by channel.
+/// The powers \[W\] of a radiosity, by channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
     /// ΣA E.

@@ -42,7 +42,7 @@ pub struct System {
 }
 
 impl System {
-    /// `factors` by value or in an [`Arc`] that several systems share; `areas` [m²] above 0; `reflectance` in [0, 1) in every
+    /// `factors` by value or in an [`Arc`] that several systems share; `areas` \[m²\] above 0; `reflectance` in [0, 1) in every
     /// channel; `emission` as a radiosity [W/m²], π times the radiance of a Lambertian emitter.
     ///
     /// Rows of `factors` sum to 1 + [`ROW_SUM_TOLERANCE`] at most. Reciprocity is not asked for: [`Energy`] measures what its
@@ -96,7 +96,7 @@ impl System {
         &self.factors
     }
 
-    /// A [m²].
+    /// A \[m²\].
     pub fn areas(&self) -> &[f64] {
         &self.areas
     }
