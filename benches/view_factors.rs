@@ -10,7 +10,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use whitefurnace::glam::DVec3;
 use whitefurnace::render::radiosity::form::hemicube::Hemicube;
 use whitefurnace::render::radiosity::form::rectangles::{self, Rectangle};
-use whitefurnace::render::radiosity::form::{Quadrature, contour, links, of_pair, point};
+use whitefurnace::render::radiosity::form::{Quadrature, contour, of_pair, point};
 use whitefurnace::render::radiosity::polygon::Polygon;
 
 const TOLERANCES: [f64; 4] = [1e-3, 1e-4, 1e-6, 1e-8];
@@ -113,13 +113,6 @@ fn one_pair(c: &mut Criterion) {
     group.bench_function("rectangles", |b| b.iter(|| rectangles::exchange(black_box(&rectangles.0), &rectangles.1)));
     let eye = DVec3::new(0.3, 0.4, 0.0);
     group.bench_function("point", |b| b.iter(|| point::factor(black_box(eye), DVec3::Z, &wall)));
-    let mut lines = Vec::new();
-    group.bench_function("four_links", |b| {
-        b.iter(|| {
-            links(black_box(&floor), &wall, 1.0, 4, [0.1, 0.2, 0.3, 0.4], &mut lines);
-            lines.len()
-        });
-    });
     group.finish();
 }
 

@@ -1,45 +1,27 @@
 //! The program as its users meet it: exit statuses, JSON, bad input, files replaced whole, pipes that close.
 
+mod program;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Output, Stdio};
+use std::process::Stdio;
 
 use assert_cmd::Command;
+use program::{stdout, text};
 use serde_json::{Value, json};
 
 /// Not reciprocal: conserves energy with the eye fixed, gains it with the light fixed.
 const SECOND_PHONG: &str = "phong:n=100,norm=n+1,divide=true";
-
-fn run(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_whitefurnace")).args(args).output().expect("the program starts")
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).expect("UTF-8")
-}
-
-/// Standard output of a run that must end with `status` and say nothing on standard error.
-fn stdout(args: &[&str], status: i32) -> String {
-    let output = run(args);
-    assert_eq!(output.status.code(), Some(status), "{args:?}\n{}{}", text(&output.stdout), text(&output.stderr));
-    assert_eq!(text(&output.stderr), "", "{args:?}");
-    text(&output.stdout).into()
-}
 
 fn json_of(args: &[&str], status: i32) -> Value {
     serde_json::from_str(&stdout(args, status)).expect("JSON")
 }
 
 /// Bad input: exit 2, nothing on standard output, and one line that says `needle`.
+#[track_caller]
 fn refused(args: &[&str], needle: &str) {
-    let output = run(args);
-    let error = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
-    assert_eq!(text(&output.stdout), "", "{args:?}");
-    assert!(error.starts_with("error: ") && error.ends_with('\n') && error.lines().count() == 1, "{args:?}: {error}");
-    assert!(error.contains(needle), "{args:?}: {error}");
-    assert!(!error.contains("panicked"), "{error}");
+    program::refused(args, &[needle]);
 }
 
 fn keys(object: &Value) -> Vec<&str> {

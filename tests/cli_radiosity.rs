@@ -1,45 +1,25 @@
 //! `radiosity`, `view-factors` and `render --method radiosity` as their users meet them.
 
-use std::process::Output;
+mod program;
 
-use assert_cmd::Command;
+use program::{refused, stdout};
 use serde_json::Value;
 
-fn run(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_whitefurnace")).args(args).output().expect("the program starts")
-}
-
 fn succeeds(args: &[&str]) -> String {
-    let output = run(args);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{args:?}: {error}");
-    assert_eq!(error, "", "{args:?}");
-    String::from_utf8(output.stdout).expect("UTF-8")
+    stdout(args, 0)
 }
 
 fn json(args: &[&str]) -> Value {
     serde_json::from_str(&succeeds(args)).expect("JSON")
 }
 
-/// Exit 2, nothing on standard output, and one line on standard error that says all of `needles`.
-fn refused(args: &[&str], needles: &[&str]) {
-    let output = run(args);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
-    assert!(output.stdout.is_empty(), "{args:?}");
-    assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
-    for needle in needles {
-        assert!(error.contains(needle), "{args:?}: {error}");
-    }
-}
-
 #[test]
 fn the_solution_is_in_the_format_that_other_programs_read() {
-    for (method, iterations) in [("dense", 1), ("jacobi", 20), ("gauss-seidel", 10), ("cg", 1), ("southwell", 50)] {
+    for method in ["dense", "jacobi", "gauss-seidel", "cg", "southwell"] {
         let found = json(&["radiosity", "cube-one-emitter", "--patches", "6", "--method", method, "--json", "-"]);
         assert_eq!((&found["schema"], &found["patches"]), (&1.into(), &6.into()));
         assert_eq!(found["method"], method);
-        assert!(found["iterations"].as_u64().unwrap() >= iterations, "{found}");
+        assert!(found["iterations"].as_u64().unwrap() > 0 && found["converged"] == true, "{found}");
         let surfaces = found["surfaces"].as_array().unwrap();
         let names: Vec<&str> = surfaces.iter().map(|s| s["name"].as_str().unwrap()).collect();
         assert_eq!(names, ["bottom", "top", "left", "right", "front", "back"]);

@@ -1,34 +1,15 @@
 //! `render` as its users meet it: images, statistics, checkpoints, bad input.
 
+mod program;
+
 use std::fs;
 use std::path::Path;
-use std::process::Output;
 
-use assert_cmd::Command;
+use program::{refused, stdout};
 use serde_json::Value;
 
-fn run(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_whitefurnace")).args(args).output().expect("the program starts")
-}
-
 fn succeeds(args: &[&str]) -> String {
-    let output = run(args);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{args:?}: {error}");
-    assert_eq!(error, "", "{args:?}");
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-/// Exit 2, nothing on standard output, and one line on standard error that says all of `needles`.
-fn refused(args: &[&str], needles: &[&str]) {
-    let output = run(args);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
-    assert!(output.stdout.is_empty(), "{args:?}");
-    assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
-    for needle in needles {
-        assert!(error.contains(needle), "{args:?}: {error}");
-    }
+    stdout(args, 0)
 }
 
 fn small<'a>(scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {

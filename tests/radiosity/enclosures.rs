@@ -71,7 +71,13 @@ fn spheres_have_their_closed_forms() {
     let wall = radiosity(&solved(&furnace, 60), "wall").0 / std::f64::consts::PI;
     let exact = [1.0, 0.625, 2.5];
     assert!((0..3).all(|c| (wall[c] - exact[c]).abs() < 1e-9), "{wall}");
-    for (k, inner, outer) in [(0.5, 1.12426035503, 0.414201183432)] {
+    for k in [0.3, 0.5_f64] {
+        // B₁ = 1 / (1 − ρ₁ ρ₂ k² / (1 − ρ₂ (1 − k²))), B₂ = ρ₂ k² B₁ / (1 − ρ₂ (1 − k²)).
+        let own = 1.0 - 0.7 * (1.0 - k * k);
+        let inner = 1.0 / (1.0 - 0.3 * 0.7 * k * k / own);
+        let outer = 0.7 * k * k * inner / own;
+        // Published for k = ½, to eleven digits.
+        assert!(k != 0.5 || (inner - 1.12426035503).abs() < 5e-12 && (outer - 0.414201183432).abs() < 5e-12);
         // Concentric: emission 1 on the inner one, albedos .3 and .7.
         let sphere = |name: &str, radius: f64, material: usize, inside_out: bool| Shape {
             name: name.into(),

@@ -143,9 +143,9 @@ pub(in crate::cli) struct RadiosityArgs {
     /// Make patches finer where the light changes, at borders of shadows and along edges; as many in the end
     #[arg(long)]
     pub(super) adaptive: bool,
-    /// The solver. Default: jacobi with --bounces, else gauss-seidel
-    #[arg(long, value_enum)]
-    pub(super) method: Option<SolverArg>,
+    /// The solver: dense, jacobi, gauss-seidel, cg or southwell. Default: jacobi with --bounces, else gauss-seidel
+    #[arg(long, value_name = "NAME")]
+    pub(super) method: Option<Method>,
     /// Where the view factors come from
     #[arg(long, value_enum, value_name = "NAME", default_value = "visibility")]
     pub(super) view_factors: FactorMethod,
@@ -181,27 +181,6 @@ pub(in crate::cli) struct RadiosityArgs {
     /// No summary
     #[arg(long)]
     pub(super) quiet: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum SolverArg {
-    Dense,
-    Jacobi,
-    GaussSeidel,
-    Cg,
-    Southwell,
-}
-
-impl From<SolverArg> for Method {
-    fn from(typed: SolverArg) -> Self {
-        match typed {
-            SolverArg::Dense => Self::Dense,
-            SolverArg::Jacobi => Self::Jacobi,
-            SolverArg::GaussSeidel => Self::GaussSeidel,
-            SolverArg::Cg => Self::ConjugateGradient,
-            SolverArg::Southwell => Self::Southwell,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

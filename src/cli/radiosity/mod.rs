@@ -7,10 +7,10 @@ mod view_factors;
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 
 use super::job::{Sink, sink};
-use super::{Status, progress, scene_source};
+use super::{Status, progress, render, scene_source};
 use crate::image::Format;
 use crate::render::film::Film;
 use crate::render::progressive::{self, Job, Stop};
@@ -25,7 +25,7 @@ pub(super) use args::{DisplayArgs, RADIOSITY_HELP, RadiosityArgs, VIEW_FACTORS_H
 pub(super) use view_factors::run as run_view_factors;
 
 pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
-    let images = images(&args.outputs)?;
+    let images = render::images(&args.outputs)?;
     let json = args.json.clone().map(|path| sink("--json", path)).transpose()?;
     let loaded = args.scene.load()?;
     if !args.quiet {
@@ -56,7 +56,7 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
 
 fn method(args: &RadiosityArgs) -> Method {
     let default = if args.bounces.is_some() { Method::Jacobi } else { Method::GaussSeidel };
-    args.method.map_or(default, Into::into)
+    args.method.unwrap_or(default)
 }
 
 fn model(args: &RadiosityArgs) -> Radiosity {
@@ -72,19 +72,12 @@ fn model(args: &RadiosityArgs) -> Radiosity {
     }
 }
 
-/// Where images go, and in which format: found now, not after the solution.
-fn images(paths: &[PathBuf]) -> anyhow::Result<Vec<(Target, Format)>> {
-    if let Some(twice) = (1..paths.len()).find(|&i| paths[..i].contains(&paths[i])) {
-        bail!("-o {}: the same file is named twice", paths[twice].display());
-    }
-    let each = paths.iter().map(|path| {
-        let format = Format::of(path).with_context(|| format!("-o {}", path.display()))?;
-        Ok((super::job::target("-o", path.clone())?, format))
-    });
-    each.collect()
-}
-
-fn draw(args: &RadiosityArgs, scene: &Scene, solved: SolvedScene, images: &[(Target, Format)]) -> anyhow::Result<()> {
+fn draw(
+    args: &RadiosityArgs,
+    scene: &Scene,
+    solved: SolvedScene,
+    images: &[(Target, Format, PathBuf)],
+) -> anyhow::Result<()> {
     let (width, height) = (scene.film().width, scene.film().height);
     let count = solved.patches.all().len();
     let solution = solved.shown(args.display.into());
@@ -101,8 +94,9 @@ fn draw(args: &RadiosityArgs, scene: &Scene, solved: SolvedScene, images: &[(Tar
     let settings = format!("{width}x{height}, radiosity of {count} patches by {}, {:?}", method(args), args.display);
     let run = Run { seed: args.factors.seed, first: 0, count: film.most_drawn() };
     let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
-    for (target, format) in images {
-        target.write(&image.encode(*format, args.exposure)?).context("-o: cannot be written")?;
+    for (target, format, path) in images {
+        let bytes = image.encode(*format, args.exposure)?;
+        target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
     }
     Ok(())
 }

@@ -41,13 +41,8 @@ pub(in crate::cli) fn run(args: &ViewFactorsArgs, out: &mut dyn Write) -> anyhow
     let patches = Patches::new(&scene, args.mesh.fineness(DEFAULT_PATCHES), args.mesh.materials())
         .with_context(|| args.scene.typed().to_string())?;
     let method = args.factors.method(args.method);
-    let (mut matrix, report) = factors::find(&*method, &scene, &patches, args.factors.memory())?;
-    let mut repair = None;
-    if let Some(enforce) = args.factors.enforce() {
-        let mut values = matrix.into_values();
-        repair = Some(enforce.apply(&scene, &patches, &mut values));
-        matrix = FactorMatrix::new(patches.all().len(), values)?;
-    }
+    let (matrix, report, repair) =
+        factors::find(&*method, &scene, &patches, args.factors.enforce(), args.factors.memory())?;
     let sums = matrix.row_sums();
     let name = |i: usize| patches.shapes()[patches.all()[i].shape].as_str();
     if args.json {

@@ -23,6 +23,7 @@ use crate::scene::Scene;
 pub(super) use args::{Bounces, HELP, RenderArgs, bounces, filter, size};
 
 use args::MethodArg;
+pub(super) use output::images;
 use output::{Outputs, Report};
 
 /// Samples per pixel where neither the command line nor the scene says how many.

@@ -42,21 +42,13 @@ impl Outputs {
         } else {
             args.outputs.clone()
         };
-        if let Some(twice) = (1..paths.len()).find(|&i| paths[..i].contains(&paths[i])) {
-            bail!("-o {}: the same file is named twice", paths[twice].display());
-        }
-        let image = |path: PathBuf| {
-            let format = Format::of(&path).with_context(|| format!("-o {}", path.display()))?;
-            Ok((target("-o", &path)?, format, path))
-        };
         let statistics = match &args.stats_json {
             None => None,
             Some(path) if path.as_os_str() == "-" => Some(Sink::Stdout),
             Some(path) => Some(Sink::File(target("--stats-json", path)?)),
         };
         let checkpoint = args.checkpoint.as_ref().map(|path| target("--checkpoint", path)).transpose()?;
-        let images = paths.into_iter().map(image).collect::<anyhow::Result<_>>()?;
-        Ok(Self { images, checkpoint, statistics, exposure: args.exposure })
+        Ok(Self { images: images(&paths)?, checkpoint, statistics, exposure: args.exposure })
     }
 
     /// Whether standard output carries the statistics, and so nothing else.
@@ -127,6 +119,18 @@ impl Outputs {
         writeln!(out, "wrote {}", names.join(", "))?;
         Ok(())
     }
+}
+
+/// Where images go, and in which format.
+pub(in crate::cli) fn images(paths: &[PathBuf]) -> anyhow::Result<Vec<(Target, Format, PathBuf)>> {
+    if let Some(twice) = (1..paths.len()).find(|&i| paths[..i].contains(&paths[i])) {
+        bail!("-o {}: the same file is named twice", paths[twice].display());
+    }
+    let image = |path: &PathBuf| {
+        let format = Format::of(path).with_context(|| format!("-o {}", path.display()))?;
+        Ok((target("-o", path)?, format, path.clone()))
+    };
+    paths.iter().map(image).collect()
 }
 
 pub(super) fn target(option: &str, path: &Path) -> anyhow::Result<Target> {

@@ -57,11 +57,6 @@ impl FactorMatrix {
         &self.values[i * self.n..(i + 1) * self.n]
     }
 
-    /// The factors, row by row.
-    pub fn into_values(self) -> Vec<f64> {
-        self.values
-    }
-
     /// F_ij.
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.row(i)[j]

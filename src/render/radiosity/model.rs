@@ -5,7 +5,6 @@ use std::time::Instant;
 use super::RadiosityError;
 use super::factors::enforce::{Enforce, Repair};
 use super::factors::{self, MEMORY, Report, ViewFactors, Visibility};
-use super::matrix::FactorMatrix;
 use super::patches::{Fineness, Materials, Patches};
 use super::solution::{Display, RadiositySolution};
 use super::solve::{Method, Settings, Solved};
@@ -113,15 +112,7 @@ impl Radiosity {
     /// Solves the scene in these patches, which were begun at `start`.
     fn solve_for(&self, scene: &Scene, patches: Patches, start: Instant) -> Result<SolvedScene, RadiosityError> {
         let cut = start.elapsed().as_secs_f64();
-        let (matrix, report) = factors::find(&*self.factors, scene, &patches, self.memory)?;
-        let (matrix, repair) = match self.enforce {
-            None => (matrix, None),
-            Some(enforce) => {
-                let mut values = matrix.into_values();
-                let repair = enforce.apply(scene, &patches, &mut values);
-                (FactorMatrix::new(patches.all().len(), values)?, Some(repair))
-            }
-        };
+        let (matrix, report, repair) = factors::find(&*self.factors, scene, &patches, self.enforce, self.memory)?;
         let found = start.elapsed().as_secs_f64();
         let all = patches.all();
         let system = System::new(
@@ -160,7 +151,7 @@ impl SolvedScene {
 
     /// The solution as light.
     pub fn shown(self, display: Display) -> RadiositySolution {
-        RadiositySolution::of(self.patches, self.solved.radiosity, display)
+        RadiositySolution::new(self.patches, self.solved.radiosity, display)
     }
 
     /// Where the power goes.

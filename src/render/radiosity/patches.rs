@@ -168,11 +168,6 @@ impl Patches {
         }
         material.at(surface.uv, surface.color).eval(DVec3::Z, DVec3::Z) * std::f64::consts::PI
     }
-
-    /// Total emitted power \[W\].
-    pub fn emitted(&self) -> Rgb {
-        self.all.iter().map(|patch| patch.emission * patch.area).sum()
-    }
 }
 
 /// The side of the squares into which the faces are to be cut, for about `wanted` of them.
@@ -322,7 +317,8 @@ mod tests {
         let ray = crate::scene::Ray::new(DVec3::new(0.5, 0.5, -1.0), DVec3::Z);
         assert_eq!(patches.at(&scene.intersect(&ray).unwrap(), -ray.dir), None);
         assert_eq!(patches.all().len(), 6);
-        assert!((patches.emitted().0 - DVec3::ONE).length() < 1e-15);
+        let emitted: Rgb = patches.all().iter().map(|patch| patch.emission * patch.area).sum();
+        assert!((emitted.0 - DVec3::ONE).length() < 1e-15);
     }
 
     #[test]

@@ -40,12 +40,8 @@ pub struct RadiositySolution {
 }
 
 impl RadiositySolution {
-    /// Of one radiosity [W/m²] for each patch; None for another number of them.
-    pub fn new(patches: Patches, radiosity: Vec<Rgb>, display: Display) -> Option<Self> {
-        (radiosity.len() == patches.all().len()).then(|| Self::of(patches, radiosity, display))
-    }
-
-    pub(super) fn of(patches: Patches, radiosity: Vec<Rgb>, display: Display) -> Self {
+    /// Of one radiosity [W/m²] for each patch.
+    pub(super) fn new(patches: Patches, radiosity: Vec<Rgb>, display: Display) -> Self {
         let corners = if display == Display::Smooth { at_corners(&patches, &radiosity) } else { Vec::new() };
         Self { patches, radiosity, display, corners }
     }

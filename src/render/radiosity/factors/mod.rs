@@ -31,6 +31,7 @@ pub use point::Points;
 pub use report::{Report, Spread};
 pub use visibility::Visibility;
 
+use self::enforce::{Enforce, Repair};
 use super::RadiosityError;
 use super::matrix::FactorMatrix;
 use super::patches::Patches;
@@ -64,24 +65,27 @@ pub struct Found {
 /// The most memory that a matrix may take unless more is allowed: 2 GiB, 16 384 patches.
 pub const MEMORY: u64 = 2 << 30;
 
-/// View factors with their report. Refuses a matrix of more than `memory` bytes before it is begun.
+/// View factors with their report, and what was changed if a law is enforced: the report is of what was found before.
+///
+/// Refuses a matrix of more than `memory` bytes before it is begun.
 pub fn find(
     method: &dyn ViewFactors,
     scene: &Scene,
     patches: &Patches,
+    enforce: Option<Enforce>,
     memory: u64,
-) -> Result<(FactorMatrix, Report), RadiosityError> {
+) -> Result<(FactorMatrix, Report, Option<Repair>), RadiosityError> {
     let n = patches.all().len();
     let needed = FactorMatrix::bytes(n);
     if needed > memory {
         return Err(RadiosityError::Memory { patches: n, needed: needed >> 20, allowed: memory >> 20 });
     }
     let start = std::time::Instant::now();
-    let found = method.find(scene, patches)?;
+    let mut found = method.find(scene, patches)?;
     let seconds = start.elapsed().as_secs_f64();
     let report = Report::new(method, patches, &found, seconds);
-    let matrix = FactorMatrix::new(n, found.values)?;
-    Ok((matrix, report))
+    let repair = enforce.map(|enforce| enforce.apply(scene, patches, &mut found.values));
+    Ok((FactorMatrix::new(n, found.values)?, report, repair))
 }
 
 /// The number of rays that `work` casts on this thread, with its result.

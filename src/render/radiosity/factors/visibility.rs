@@ -1,6 +1,6 @@
 //! View factors as the product of what would be without anything in between and the share of it that gets through.
 //!
-//! A_i F_ij = G_ij · Σ_k w_k V_k / Σ_k w_k,   w = cos θ cos θ' / r⁴ between the points k of both patches
+//! A_i F_ij = G_ij · Σ_k w_k V_k / Σ_k w_k,   w = cos θ cos θ' / r² between the points k of both patches
 //!
 //! G by quadrature, closed form or contour, V_k = 1 where a ray gets through. The weights are those of the kernel, as what
 //! hides the near parts of two patches takes away more than their share. Every pair that something may lie between gets as many
@@ -10,6 +10,7 @@
 use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::blockers::Blockers;
 use super::fill::by_pairs;
@@ -32,8 +33,11 @@ const DEEPEST: u32 = 6;
 const JUDGES: usize = 1024;
 /// Pairs that are judged.
 const JUDGED: usize = 2000;
-/// Generators of a lattice in four dimensions that is good for 8 to 1024 points, of Cools, Kuo & Nuyens' first ones.
-const GENERATOR: [u64; 4] = [1, 182_667, 469_891, 498_753];
+/// Rays of each pair of parts by which curved patches are judged, times those of the pair itself.
+const MORE: usize = 8;
+/// Generators of a lattice sequence in four dimensions: the first three and the sixth of Cools, Kuo & Nuyens 2006, SIAM J. Sci.
+/// Comput. 28(6). Modulo 16 their fourth is the first again, and two coordinates would be one.
+const GENERATOR: [u64; 4] = [1, 182_667, 469_891, 446_247];
 
 /// Exchange without occlusion times kernel-weighted visibility.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +62,7 @@ impl ViewFactors for Visibility {
     fn find(&self, scene: &Scene, patches: &Patches) -> Result<Found, RadiosityError> {
         let pairs = Pairs::new(scene, patches, self);
         let mut found = by_pairs(patches, |i, j| (pairs.exchange(i, j), 0.0));
-        let error = pairs.judge(self.seed);
+        let error = pairs.judge();
         found.row_errors = vec![error; patches.all().len()];
         Ok(found)
     }
@@ -66,10 +70,11 @@ impl ViewFactors for Visibility {
 
 /// What all pairs share.
 #[derive(Debug)]
-pub(crate) struct Pairs<'a> {
+struct Pairs<'a> {
     scene: &'a Scene,
     patches: &'a Patches,
     tolerance: f64,
+    seed: u64,
     /// Nodes of plane patches.
     nodes: Vec<Option<Quadrature>>,
     /// Of each patch, where its rays start when it is the first of a pair, and end when it is the second.
@@ -86,7 +91,7 @@ fn lifted(scene: &Scene, (p, n): End) -> End {
 }
 
 impl<'a> Pairs<'a> {
-    pub(crate) fn new(scene: &'a Scene, patches: &'a Patches, settings: &Visibility) -> Self {
+    fn new(scene: &'a Scene, patches: &'a Patches, settings: &Visibility) -> Self {
         let all = patches.all();
         let nodes = all.iter().map(|patch| patch.form.polygon().map(Quadrature::of)).collect();
         let ends = (0..all.len()).map(|i| {
@@ -100,6 +105,7 @@ impl<'a> Pairs<'a> {
             scene,
             patches,
             tolerance: settings.tolerance,
+            seed: settings.seed,
             nodes,
             ends: ends.collect(),
             blockers: Blockers::new(patches),
@@ -107,19 +113,19 @@ impl<'a> Pairs<'a> {
     }
 
     /// A_i F_ij.
-    pub(crate) fn exchange(&self, i: usize, j: usize) -> f64 {
+    fn exchange(&self, i: usize, j: usize) -> f64 {
         match (&self.nodes[i], &self.nodes[j]) {
             (Some(_), Some(_)) if i == j => 0.0,
             (Some(a), Some(b)) => {
                 let (exchange, _) = form::of_pair(a, b, self.tolerance);
                 if exchange == 0.0 || self.blockers.leave_free(i, j) { exchange } else { exchange * self.visible(i, j) }
             }
-            _ => self.curved(i, j),
+            _ => self.curved(i, j, CURVED_RAYS, DEEPEST),
         }
     }
 
     /// The share of the exchange that gets through.
-    pub(crate) fn visible(&self, i: usize, j: usize) -> f64 {
+    fn visible(&self, i: usize, j: usize) -> f64 {
         self.weigh(self.ends[i][0].iter().copied().zip(self.ends[j][1].iter().copied())).share()
     }
 
@@ -139,69 +145,69 @@ impl<'a> Pairs<'a> {
 
     /// The exchange where a patch is curved, by points alone: where parts of patches are near each other for their size, of
     /// their quarters.
-    fn curved(&self, i: usize, j: usize) -> f64 {
-        let whole = Part { from: DVec2::ZERO, size: 1.0 };
+    fn curved(&self, i: usize, j: usize, rays: [usize; 2], depth: u32) -> f64 {
+        let [a, b] = [i, j].map(|patch| Part { patch, from: DVec2::ZERO, size: 1.0, number: 1 });
         // A patch is as near to itself as can be, and all the same its kernel is bounded.
-        self.parts((i, whole), (j, whole), CURVED_RAYS[0], if i == j { 0 } else { DEEPEST })
+        self.parts(a, b, rays, if i == j { 0 } else { depth })
     }
 
-    fn parts(&self, (i, a): (usize, Part), (j, b): (usize, Part), rays: usize, depth: u32) -> f64 {
-        let all = self.patches.all();
-        let place = |part: Part, u: DVec2| part.from + part.size * u;
-        let centre = |patch: usize, part: Part| all[patch].form.at(place(part, DVec2::splat(0.5))).0;
-        let areas = [all[i].area * a.size * a.size, all[j].area * b.size * b.size];
-        let near = NEAR * NEAR * areas[0].max(areas[1]);
-        if depth > 0 && centre(i, a).distance_squared(centre(j, b)) < near {
+    fn parts(&self, a: Part, b: Part, [rays, of_quarters]: [usize; 2], depth: u32) -> f64 {
+        let form = |part: Part, u: DVec2| self.patches.all()[part.patch].form.at(part.from + part.size * u);
+        let [area, other] = [a, b].map(|part| self.patches.all()[part.patch].area * part.size * part.size);
+        let apart = form(a, DVec2::splat(0.5)).0.distance_squared(form(b, DVec2::splat(0.5)).0);
+        if depth > 0 && apart < NEAR * NEAR * area.max(other) {
             // Of the larger one alone, so that parts become alike.
-            return if areas[0] >= areas[1] {
-                a.quarters().map(|a| self.parts((i, a), (j, b), CURVED_RAYS[1], depth - 1)).iter().sum()
+            let closer = |a, b| self.parts(a, b, [of_quarters; 2], depth - 1);
+            return if area >= other {
+                a.quarters().map(|a| closer(a, b)).iter().sum()
             } else {
-                b.quarters().map(|b| self.parts((i, a), (j, b), CURVED_RAYS[1], depth - 1)).iter().sum()
+                b.quarters().map(|b| closer(a, b)).iter().sum()
             };
         }
-        let mut rng = stream(
-            i as u64,
-            j as u64,
-            (a.from.x.to_bits() ^ b.from.y.to_bits().rotate_left(32)).wrapping_add(depth.into()),
-        );
+        let pair = (a.patch * self.patches.all().len() + b.patch) as u64;
+        let mut rng = stream(self.seed, pair, a.number << 32 | b.number);
         let shift = [(); 2].map(|()| DVec2::new(uniform(&mut rng), uniform(&mut rng)));
-        let end = |patch: usize, part: Part, k: usize, axis: usize| {
-            lifted(self.scene, all[patch].form.at(place(part, lattice(k, axis, shift[axis / 2]))))
-        };
-        let weights = self.weigh((0..rays).map(|k| (end(i, a, k, 0), end(j, b, k, 2))));
-        FRAC_1_PI * areas[0] * areas[1] * weights.through / rays as f64
+        let end = |part: Part, k: usize, axis: usize| lifted(self.scene, form(part, lattice(k, axis, shift[axis / 2])));
+        let weights = self.weigh((0..rays).map(|k| (end(a, k, 0), end(b, k, 2))));
+        FRAC_1_PI * area * other * weights.through / rays as f64
     }
 
     /// The root mean square error of a factor, from a sample of pairs with many more rays.
-    fn judge(&self, seed: u64) -> f64 {
+    fn judge(&self) -> f64 {
         let n = self.patches.all().len();
         if self.blockers.is_empty() && self.nodes.iter().all(Option::is_some) {
+            // Relative to a factor, of which a row has n that sum to 1 at most.
             return self.tolerance / n as f64;
         }
-        let squares = (0..JUDGED as u64).map(|k| {
-            let mut rng = stream(seed, u64::MAX, k);
-            let mut pick = || ((uniform(&mut rng) * n as f64) as usize).min(n - 1);
-            let (i, j) = (pick(), pick());
-            let shift = [(); 2].map(|()| DVec2::new(uniform(&mut rng), uniform(&mut rng)));
-            let gap = self.exchange(i, j) - self.judged(i, j, shift);
-            (gap / self.patches.all()[i].area).powi(2)
-        });
-        (squares.sum::<f64>() / JUDGED as f64).sqrt()
+        let squares: Vec<f64> = (0..JUDGED as u64)
+            .into_par_iter()
+            .map(|k| {
+                let mut rng = stream(self.seed, u64::MAX, k);
+                let mut pick = || ((uniform(&mut rng) * n as f64) as usize).min(n - 1);
+                let (i, j) = (pick(), pick());
+                let shift = [(); 2].map(|()| DVec2::new(uniform(&mut rng), uniform(&mut rng)));
+                (self.gap(i, j, shift) / self.patches.all()[i].area).powi(2)
+            })
+            .collect();
+        (squares.iter().sum::<f64>() / JUDGED as f64).sqrt()
     }
 
-    fn judged(&self, i: usize, j: usize, shift: [DVec2; 2]) -> f64 {
-        let all = self.patches.all();
-        let end = |patch: usize, k: usize, axis: usize| {
-            lifted(self.scene, all[patch].form.at(lattice(k, axis, shift[axis / 2])))
-        };
-        let weights = self.weigh((0..JUDGES).map(|k| (end(i, k, 0), end(j, k, 2))));
+    /// How far an exchange is from that by many more rays.
+    fn gap(&self, i: usize, j: usize, shift: [DVec2; 2]) -> f64 {
         match (&self.nodes[i], &self.nodes[j]) {
-            (Some(_), Some(_)) if i == j => 0.0,
-            (Some(a), Some(b)) => form::of_pair(a, b, self.tolerance).0 * weights.share(),
-            _ => {
-                let whole = Part { from: DVec2::ZERO, size: 1.0 };
-                self.parts((i, whole), (j, whole), JUDGES, if i == j { 0 } else { DEEPEST + 2 })
+            (Some(_), Some(_)) if i == j || self.blockers.leave_free(i, j) => 0.0,
+            (Some(a), Some(b)) => {
+                let (exchange, _) = form::of_pair(a, b, self.tolerance);
+                if exchange == 0.0 {
+                    return 0.0;
+                }
+                let end = |patch: usize, k: usize, axis: usize| {
+                    lifted(self.scene, self.patches.all()[patch].form.at(lattice(k, axis, shift[axis / 2])))
+                };
+                let many = self.weigh((0..JUDGES).map(|k| (end(i, k, 0), end(j, k, 2))));
+                exchange * (self.visible(i, j) - many.share())
             }
+            _ => self.exchange(i, j) - self.curved(i, j, [JUDGES, MORE * CURVED_RAYS[1]], DEEPEST + 2),
         }
     }
 }
@@ -209,14 +215,18 @@ impl<'a> Pairs<'a> {
 /// A square of the unit square, and so a part of a patch.
 #[derive(Clone, Copy, Debug)]
 struct Part {
+    patch: usize,
     from: DVec2,
     size: f64,
+    /// 1 for the whole, 4 n to 4 n + 3 for the quarters of part n.
+    number: u64,
 }
 
 impl Part {
     fn quarters(self) -> [Self; 4] {
         let half = 0.5 * self.size;
-        [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].map(|at| Self { from: self.from + half * at, size: half })
+        let corners = [(0, DVec2::ZERO), (1, DVec2::X), (2, DVec2::Y), (3, DVec2::ONE)];
+        corners.map(|(k, at)| Self { from: self.from + half * at, size: half, number: 4 * self.number + k, ..self })
     }
 }
 
@@ -243,7 +253,7 @@ fn lattice(k: usize, axis: usize, shift: DVec2) -> DVec2 {
     shifted - shifted.floor()
 }
 
-/// cos θ cos θ' / r⁴ · r² = n·d n'·d / r⁴ for the way d of length r; 0 where one looks away from the other.
+/// cos θ cos θ' / r² = (n·d) (−n'·d) / r⁴ for the way d of length r; 0 where one looks away from the other.
 #[inline]
 fn kernel((p, n): End, (q, m): End) -> f64 {
     let way = q - p;

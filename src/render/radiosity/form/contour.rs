@@ -144,6 +144,7 @@ mod tests {
     use super::*;
     use crate::math::quadrature::adaptive;
     use crate::render::radiosity::form::point::factor;
+    use crate::render::radiosity::form::published::{FACING, HINGED, facing, hinged, rectangle};
     use crate::render::radiosity::form::rectangles::{self, Rectangle};
     use glam::DQuat;
     use proptest::prelude::*;
@@ -152,12 +153,8 @@ mod tests {
         Polygon::new(corners.iter().copied().map(DVec3::from).collect()).unwrap()
     }
 
-    fn rectangle(corner: DVec3, x: DVec3, y: DVec3) -> Polygon {
-        Polygon::new(vec![corner, corner + x, corner + x + y, corner + y]).unwrap()
-    }
-
-    /// Two unit squares with a common edge, at an angle.
-    fn hinged(degrees: f64) -> f64 {
+    /// The exchange of two unit squares with a common edge, at an angle.
+    fn at_an_angle(degrees: f64) -> f64 {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let floor = rectangle(DVec3::ZERO, DVec3::X, DVec3::Y);
         exchange(&floor, &rectangle(DVec3::ZERO, DVec3::Y, DVec3::new(cos, 0.0, sin)))
@@ -165,40 +162,20 @@ mod tests {
 
     #[test]
     fn published_factors() {
-        let facing = |x: f64, y: f64| {
-            let a = rectangle(DVec3::ZERO, DVec3::X * x, DVec3::Y * y);
-            exchange(&a, &rectangle(DVec3::Z, DVec3::Y * y, DVec3::X * x)) / a.area()
-        };
-        let parallel = [
-            (1.0, 1.0, 0.199824895698387),
-            (2.0, 2.0, 0.415253283577147),
-            (0.5, 0.5, 0.068589588818552),
-            (1.0, 2.0, 0.285875384850715),
-            (10.0, 10.0, 0.826994522397257),
-            (0.1, 0.1, 0.003162056838758),
-        ];
-        for (x, y, exact) in parallel {
-            assert!((facing(x, y) - exact).abs() < 2e-15, "{x} {y}: {}", facing(x, y));
+        let factor = |[a, b]: [Polygon; 2]| exchange(&a, &b) / a.area();
+        for (x, y, exact) in FACING {
+            let found = factor(facing(x, y));
+            assert!((found - exact).abs() < 2e-15, "{x} {y}: {found}");
         }
-        let corner = |w: f64, h: f64| {
-            let a = rectangle(DVec3::ZERO, DVec3::X * w, DVec3::Y);
-            exchange(&a, &rectangle(DVec3::ZERO, DVec3::Y, DVec3::Z * h)) / a.area()
-        };
-        let perpendicular = [
-            (1.0, 1.0, 0.200043776075403),
-            (2.0, 1.0, 0.116426301397681),
-            (1.0, 2.0, 0.232852602795362),
-            (0.5, 1.0, 0.292373358211427),
-            (3.0, 2.0, 0.107796009555352),
-        ];
-        for (w, h, exact) in perpendicular {
-            assert!((corner(w, h) - exact).abs() < 2e-14, "{w} {h}: {:e}", corner(w, h) - exact);
+        for (w, h, exact) in HINGED {
+            let found = factor(hinged(w, h));
+            assert!((found - exact).abs() < 2e-14, "{w} {h}: {found}");
         }
         // 12 digits are given.
-        assert!((hinged(30.0) - 0.619028323091).abs() < 1e-12, "{}", hinged(30.0));
-        assert!((hinged(120.0) - 0.086615001118).abs() < 1e-12, "{}", hinged(120.0));
-        assert_eq!(hinged(180.0), 0.0);
-        assert!(hinged(-90.0) == 0.0 && hinged(1.0) > 0.98 && hinged(1.0) < 1.0);
+        assert!((at_an_angle(30.0) - 0.619028323091).abs() < 1e-12, "{}", at_an_angle(30.0));
+        assert!((at_an_angle(120.0) - 0.086615001118).abs() < 1e-12, "{}", at_an_angle(120.0));
+        assert_eq!(at_an_angle(180.0), 0.0);
+        assert!(at_an_angle(-90.0) == 0.0 && at_an_angle(1.0) > 0.98 && at_an_angle(1.0) < 1.0);
     }
 
     #[test]

@@ -277,11 +277,8 @@ impl Hemicube {
 mod tests {
     use super::*;
     use crate::render::radiosity::form::point::factor;
+    use crate::render::radiosity::form::published::rectangle;
     use std::f64::consts::PI;
-
-    fn rectangle(corner: DVec3, x: DVec3, y: DVec3) -> Polygon {
-        Polygon::new(vec![corner, corner + x, corner + x + y, corner + y]).unwrap()
-    }
 
     /// A square of this side at z = height over the origin, that faces down.
     fn above(side: f64, height: f64) -> Polygon {

@@ -7,11 +7,11 @@ pub mod contour;
 mod exchange;
 mod gauss;
 pub mod hemicube;
-mod links;
 pub mod point;
+#[cfg(test)]
+mod published;
 pub mod quadrature;
 pub mod rectangles;
 
 pub use exchange::{Route, TOLERANCE, exchange, of_pair};
-pub use links::{Link, links};
 pub use quadrature::Quadrature;

@@ -66,12 +66,9 @@ fn seen(v: DVec3, edge: DVec3, n: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::radiosity::form::published::rectangle;
     use glam::DVec2;
     use std::f64::consts::{FRAC_1_PI, PI};
-
-    fn rectangle(corner: DVec3, x: DVec3, y: DVec3) -> Polygon {
-        Polygon::new(vec![corner, corner + x, corner + x + y, corner + y]).unwrap()
-    }
 
     /// The unit square at z = 1 that faces down.
     fn ceiling() -> Polygon {

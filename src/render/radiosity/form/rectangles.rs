@@ -129,81 +129,55 @@ fn unit(intervals: &[[f64; 2]]) -> f64 {
 mod tests {
     use super::*;
     use crate::render::radiosity::form::contour;
+    use crate::render::radiosity::form::published::{FACING, HINGED, facing, hinged, rectangle};
     use proptest::prelude::*;
-
-    fn polygon(corner: DVec3, x: DVec3, y: DVec3) -> Polygon {
-        Polygon::new(vec![corner, corner + x, corner + x + y, corner + y]).unwrap()
-    }
 
     fn closed(a: &Polygon, b: &Polygon) -> Option<f64> {
         exchange(&Rectangle::of(a)?, &Rectangle::of(b)?)
     }
 
-    /// F between aligned rectangles of sides `x`, `y` at distance 1.
-    fn facing(x: f64, y: f64) -> f64 {
-        let a = polygon(DVec3::ZERO, DVec3::X * x, DVec3::Y * y);
-        let b = polygon(DVec3::Z, DVec3::Y * y, DVec3::X * x);
-        closed(&a, &b).unwrap() / a.area()
-    }
-
-    /// F from a floor of depth `w` to a wall of height `h` along a common edge of length 1.
-    fn hinged(w: f64, h: f64) -> f64 {
-        let a = polygon(DVec3::ZERO, DVec3::X * w, DVec3::Y);
-        let b = polygon(DVec3::ZERO, DVec3::Y, DVec3::Z * h);
+    fn factor([a, b]: [Polygon; 2]) -> f64 {
         closed(&a, &b).unwrap() / a.area()
     }
 
     #[test]
     fn published_factors() {
         // 15 digits are given; 16 terms of rounding, of the size of the longest distance's square per area.
-        let parallel = [
-            (1.0, 1.0, 0.199824895698387),
-            (2.0, 2.0, 0.415253283577147),
-            (0.5, 0.5, 0.068589588818552),
-            (1.0, 2.0, 0.285875384850715),
-            (10.0, 10.0, 0.826994522397257),
-        ];
-        for (x, y, exact) in parallel {
-            assert!((facing(x, y) - exact).abs() < 3e-15 * (1.0 + 1.0 / (x * y)), "{x} {y}: {}", facing(x, y));
+        for (x, y, exact) in FACING {
+            let found = factor(facing(x, y));
+            assert!((found - exact).abs() < 3e-15 * (1.0 + 1.0 / (x * y)), "{x} {y}: {found}");
         }
-        assert!((facing(0.1, 0.1) - 0.003162056838758).abs() < 1e-13, "{}", facing(0.1, 0.1));
-        let hinges = [
-            (1.0, 1.0, 0.200043776075403),
-            (2.0, 1.0, 0.116426301397681),
-            (1.0, 2.0, 0.232852602795362),
-            (0.5, 1.0, 0.292373358211427),
-            (3.0, 2.0, 0.107796009555352),
-        ];
-        for (w, h, exact) in hinges {
-            assert!((hinged(w, h) - exact).abs() < 5e-15, "{w} {h}: {}", hinged(w, h));
+        for (w, h, exact) in HINGED {
+            let found = factor(hinged(w, h));
+            assert!((found - exact).abs() < 5e-15, "{w} {h}: {found}");
         }
     }
 
     #[test]
     fn a_cube_is_closed() {
         // To the rounding of five results.
-        assert!((facing(1.0, 1.0) + 4.0 * hinged(1.0, 1.0) - 1.0).abs() < 1e-14);
+        assert!((factor(facing(1.0, 1.0)) + 4.0 * factor(hinged(1.0, 1.0)) - 1.0).abs() < 1e-14);
     }
 
     #[test]
     fn only_what_is_in_front_is_exchanged() {
-        let floor = polygon(DVec3::ZERO, DVec3::X, DVec3::Y);
+        let floor = rectangle(DVec3::ZERO, DVec3::X, DVec3::Y);
         let exchange = |b: &Polygon| closed(&floor, b);
         assert_eq!(exchange(&floor), Some(0.0));
-        assert_eq!(exchange(&polygon(DVec3::Z, DVec3::X, DVec3::Y)), Some(0.0), "its back");
-        assert_eq!(exchange(&polygon(DVec3::NEG_Z, DVec3::Y, DVec3::X)), Some(0.0), "behind");
-        assert_eq!(exchange(&polygon(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y)), Some(0.0), "below the floor");
-        assert_eq!(exchange(&polygon(DVec3::X * 2.0, DVec3::Y, DVec3::Z)), Some(0.0), "facing away");
+        assert_eq!(exchange(&rectangle(DVec3::Z, DVec3::X, DVec3::Y)), Some(0.0), "its back");
+        assert_eq!(exchange(&rectangle(DVec3::NEG_Z, DVec3::Y, DVec3::X)), Some(0.0), "behind");
+        assert_eq!(exchange(&rectangle(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y)), Some(0.0), "below the floor");
+        assert_eq!(exchange(&rectangle(DVec3::X * 2.0, DVec3::Y, DVec3::Z)), Some(0.0), "facing away");
         // A wall through the floor, of which a half on each side counts, and turned by a right angle in its plane.
-        let wall = polygon(DVec3::new(0.5, 1.0, -1.0), DVec3::Z * 2.0, DVec3::NEG_Y);
-        let front = polygon(DVec3::new(0.5, 0.0, 0.0), DVec3::Y, DVec3::Z);
-        let half = polygon(DVec3::new(0.5, 0.0, 0.0), DVec3::X * 0.5, DVec3::Y);
+        let wall = rectangle(DVec3::new(0.5, 1.0, -1.0), DVec3::Z * 2.0, DVec3::NEG_Y);
+        let front = rectangle(DVec3::new(0.5, 0.0, 0.0), DVec3::Y, DVec3::Z);
+        let half = rectangle(DVec3::new(0.5, 0.0, 0.0), DVec3::X * 0.5, DVec3::Y);
         assert_eq!(wall.normal(), DVec3::X);
         assert!((exchange(&wall).unwrap() - closed(&half, &front).unwrap()).abs() < 1e-15);
         // Not aligned, or no rectangles.
-        assert_eq!(exchange(&polygon(DVec3::Z, DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, -1.0, 0.0))), None);
-        assert_eq!(exchange(&polygon(DVec3::Z, DVec3::Y, DVec3::new(1.0, 0.0, 0.1))), None);
-        assert_eq!(Rectangle::of(&polygon(DVec3::Z, DVec3::Y, DVec3::new(1.0, 1.0, 0.0))), None);
+        assert_eq!(exchange(&rectangle(DVec3::Z, DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, -1.0, 0.0))), None);
+        assert_eq!(exchange(&rectangle(DVec3::Z, DVec3::Y, DVec3::new(1.0, 0.0, 0.1))), None);
+        assert_eq!(Rectangle::of(&rectangle(DVec3::Z, DVec3::Y, DVec3::new(1.0, 1.0, 0.0))), None);
         assert_eq!(Rectangle::of(&Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y]).unwrap()), None);
     }
 
@@ -215,7 +189,7 @@ mod tests {
         ) {
             let rotation = glam::DQuat::from_rotation_y(turn) * glam::DQuat::from_rotation_z(0.7 * turn);
             let turned = |corner: DVec3, x: DVec3, y: DVec3| {
-                polygon(rotation * corner + DVec3::splat(3.0), rotation * x, rotation * y)
+                rectangle(rotation * corner + DVec3::splat(3.0), rotation * x, rotation * y)
             };
             let a = turned(DVec3::ZERO, DVec3::X * size[0], DVec3::Y * size[1]);
             let (x, y) = [

@@ -138,11 +138,6 @@ impl Method {
     }
 }
 
-/// [`Method::solve`] as a function.
-pub fn solve(system: &System, method: Method, settings: Settings) -> Result<Solved, SolveError> {
-    method.solve(system, settings)
-}
-
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
