@@ -15,7 +15,7 @@ use whitefurnace::render::film::Film;
 use whitefurnace::render::provenance::{Provenance, Run};
 use whitefurnace::sampling::stream::{stream, uniform};
 
-use program::{refused, run, stdout, text};
+use program::{refused, stdout};
 use real_data::data;
 
 /// A folder with films of one scene: uniform samples of mean `mean`, `range` of the numbers under `seed`.
