@@ -6,20 +6,20 @@
 //!
 //! A_00 = L_00 U_00,   U_01 = L_00⁻¹ A_01,   L_10 = A_10 U_00⁻¹,   A_11 − L_10 U_01 = L_11 U_11
 //!
-//! which leaves nearly all of the 2/3 n³ operations to products of large blocks. Blocks are cut by their size alone and multiplied
-//! one per thread: the same bits for any number of threads.
+//! and so may triangles that are solved by, which leaves nearly all of the 2/3 n³ operations to products of large blocks. Blocks
+//! are cut by their size alone and multiplied one per thread: the same bits for any number of threads.
 //! # References
 //! - Toledo 1997, Locality of reference in LU decomposition with partial pivoting, SIAM J. Matrix Anal. Appl. 18(4) (by halves)
 //! - Higham 2002, Accuracy and stability of numerical algorithms, theorem 9.9 (dominance by rows or columns: growth of 2)
 
-use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place, solve_unit_upper_triangular_in_place,
-};
-use faer::{Accum, MatMut, MatRef, Par};
+use ndarray::linalg::general_mat_mul;
+use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 
-/// A matrix of this size is eliminated column by column.
+/// A matrix of this size is eliminated row by row.
 const LEAF: usize = 64;
+
+/// A triangle of this size is solved by row by row.
+const TRIANGLE: usize = 32;
 
 /// Blocks larger than this, either way, are cut for other threads to take a part.
 const BLOCK: usize = 512;
@@ -32,20 +32,26 @@ pub(super) struct Factors {
 }
 
 impl Factors {
-    /// Of K, given row by row: strictly diagonally dominant, or the result is worthless.
+    /// Of K, given row by row, n² values: strictly diagonally dominant, or the result is worthless.
     pub(super) fn new(n: usize, mut values: Vec<f64>) -> Self {
-        // Rows of K are taken for columns: Kᵀ = L U, and nothing need be transposed.
-        factor(MatMut::from_column_major_slice_mut(&mut values, n, n));
+        if let Ok(matrix) = ArrayViewMut2::from_shape((n, n), &mut values) {
+            factor(matrix);
+        }
         Self { n, values }
     }
 
-    /// Solves K x = y for several right sides, given column by column, in place.
+    /// Solves K x = y for several right sides, given one after the other, in place.
     pub(super) fn solve(&self, sides: &mut [f64]) {
-        let k = MatRef::from_column_major_slice(&self.values, self.n, self.n).transpose();
-        let count = sides.len() / self.n;
-        let mut sides = MatMut::from_column_major_slice_mut(sides, self.n, count);
-        solve_lower_triangular_in_place(k, sides.as_mut(), Par::Seq);
-        solve_unit_upper_triangular_in_place(k, sides, Par::Seq);
+        for x in sides.chunks_mut(self.n) {
+            let row = |i: usize| &self.values[i * self.n..(i + 1) * self.n];
+            let dot = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+            for i in 0..self.n {
+                x[i] -= dot(&row(i)[..i], &x[..i]);
+            }
+            for i in (0..self.n).rev() {
+                x[i] = (x[i] - dot(&row(i)[i + 1..], &x[i + 1..])) / row(i)[i];
+            }
+        }
     }
 }
 
@@ -54,72 +60,91 @@ fn half(n: usize) -> usize {
     (n / 2).next_multiple_of(if n > 4 * LEAF { LEAF } else { 8 })
 }
 
-fn factor(a: MatMut<'_, f64>) {
+fn factor(a: ArrayViewMut2<'_, f64>) {
     let n = a.nrows();
     if n <= LEAF {
         return eliminate(a);
     }
-    let h = half(n);
-    let (mut corner, mut right, mut below, mut rest) = a.split_at_mut(h, h);
-    factor(corner.as_mut());
-    let done = corner.as_ref();
-    rayon::join(|| solve_lower(done, right.as_mut()), || solve_upper(done, below.as_mut()));
-    subtract_product(rest.as_mut(), below.as_ref(), right.as_ref());
+    let (top, bottom) = a.split_at(Axis(0), half(n));
+    let (mut corner, mut right) = top.split_at(Axis(1), half(n));
+    let (mut below, mut rest) = bottom.split_at(Axis(1), half(n));
+    factor(corner.view_mut());
+    let done = corner.view();
+    rayon::join(|| solve_lower(&done, right.view_mut()), || solve_upper(&done, below.view_mut()));
+    subtract_product(rest.view_mut(), &below.view(), &right.view());
     factor(rest);
 }
 
-fn eliminate(mut a: MatMut<'_, f64>) {
-    let n = a.nrows();
-    for k in 0..n {
-        let inverse = 1.0 / a[(k, k)];
-        for i in k + 1..n {
-            a[(i, k)] *= inverse;
-        }
-        for j in k + 1..n {
-            let factor = a[(k, j)];
-            for i in k + 1..n {
-                let l = a[(i, k)];
-                a[(i, j)] -= l * factor;
-            }
+fn eliminate(mut a: ArrayViewMut2<'_, f64>) {
+    for k in 0..a.nrows() {
+        let (done, mut rest) = a.view_mut().split_at(Axis(0), k + 1);
+        for mut row in rest.rows_mut() {
+            let l = row[k] / done[(k, k)];
+            row[k] = l;
+            row.slice_mut(s![k + 1..]).zip_mut_with(&done.slice(s![k, k + 1..]), |x, u| *x -= l * u);
         }
     }
 }
 
 /// x ← L⁻¹ x.
-fn solve_lower(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
-    let n = x.ncols();
-    if n <= BLOCK {
-        return solve_unit_lower_triangular_in_place(l, x, Par::Seq);
+fn solve_lower(l: &ArrayView2<'_, f64>, mut x: ArrayViewMut2<'_, f64>) {
+    let n = l.nrows();
+    if x.ncols() > BLOCK {
+        let at = half(x.ncols());
+        let (a, b) = x.split_at(Axis(1), at);
+        rayon::join(|| solve_lower(l, a), || solve_lower(l, b));
+    } else if n > TRIANGLE {
+        let (mut a, mut b) = x.split_at(Axis(0), half(n));
+        solve_lower(&l.slice(s![..half(n), ..half(n)]), a.view_mut());
+        general_mat_mul(-1.0, &l.slice(s![half(n).., ..half(n)]), &a, 1.0, &mut b);
+        solve_lower(&l.slice(s![half(n).., half(n)..]), b);
+    } else {
+        for k in 0..n {
+            let (done, mut rest) = x.view_mut().split_at(Axis(0), k + 1);
+            for (i, mut row) in rest.rows_mut().into_iter().enumerate() {
+                let l = l[(k + 1 + i, k)];
+                row.zip_mut_with(&done.row(k), |x, d| *x -= l * d);
+            }
+        }
     }
-    let (a, b) = x.split_at_col_mut(half(n));
-    rayon::join(|| solve_lower(l, a), || solve_lower(l, b));
 }
 
 /// x ← x U⁻¹.
-fn solve_upper(u: MatRef<'_, f64>, x: MatMut<'_, f64>) {
-    let n = x.nrows();
-    if n <= BLOCK {
-        return solve_lower_triangular_in_place(u.transpose(), x.transpose_mut(), Par::Seq);
+fn solve_upper(u: &ArrayView2<'_, f64>, mut x: ArrayViewMut2<'_, f64>) {
+    let n = u.nrows();
+    if x.nrows() > BLOCK {
+        let at = half(x.nrows());
+        let (a, b) = x.split_at(Axis(0), at);
+        rayon::join(|| solve_upper(u, a), || solve_upper(u, b));
+    } else if n > TRIANGLE {
+        let (mut a, mut b) = x.split_at(Axis(1), half(n));
+        solve_upper(&u.slice(s![..half(n), ..half(n)]), a.view_mut());
+        general_mat_mul(-1.0, &a, &u.slice(s![..half(n), half(n)..]), 1.0, &mut b);
+        solve_upper(&u.slice(s![half(n).., half(n)..]), b);
+    } else {
+        for mut row in x.rows_mut() {
+            for k in 0..n {
+                let done = row[k] / u[(k, k)];
+                row[k] = done;
+                row.slice_mut(s![k + 1..]).zip_mut_with(&u.slice(s![k, k + 1..]), |x, u| *x -= done * u);
+            }
+        }
     }
-    let (a, b) = x.split_at_row_mut(half(n));
-    rayon::join(|| solve_upper(u, a), || solve_upper(u, b));
 }
 
 /// c ← c − a b.
-fn subtract_product(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
-    let (rows, columns) = (c.nrows(), c.ncols());
+fn subtract_product(mut c: ArrayViewMut2<'_, f64>, a: &ArrayView2<'_, f64>, b: &ArrayView2<'_, f64>) {
+    let (rows, columns) = c.dim();
     if rows.max(columns) <= BLOCK {
-        matmul(c, Accum::Add, a, b, -1.0, Par::Seq);
+        general_mat_mul(-1.0, a, b, 1.0, &mut c);
     } else if columns >= rows {
-        let h = half(columns);
-        let (c, d) = c.split_at_col_mut(h);
-        let (b, e) = b.split_at_col(h);
-        rayon::join(|| subtract_product(c, a, b), || subtract_product(d, a, e));
+        let (c, d) = c.split_at(Axis(1), half(columns));
+        let (b, e) = b.split_at(Axis(1), half(columns));
+        rayon::join(|| subtract_product(c, a, &b), || subtract_product(d, a, &e));
     } else {
-        let h = half(rows);
-        let (c, d) = c.split_at_row_mut(h);
-        let (a, e) = a.split_at_row(h);
-        rayon::join(|| subtract_product(c, a, b), || subtract_product(d, e, b));
+        let (c, d) = c.split_at(Axis(0), half(rows));
+        let (a, e) = a.split_at(Axis(0), half(rows));
+        rayon::join(|| subtract_product(c, &a, b), || subtract_product(d, &e, b));
     }
 }
 
