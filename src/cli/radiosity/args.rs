@@ -25,8 +25,7 @@ radiosity and irradiance, π times the radiance; an energy is the mean of the th
 Exit status: 0, or 3 where the tolerance was not reached, 2 bad usage or input\n\n\
 Examples:\n  whitefurnace radiosity cornell-original -o box.png\n  \
 whitefurnace radiosity cornell-original -o gathered.exr --display gather --spp 64\n  \
-whitefurnace radiosity cube-one-emitter --method jacobi --bounces 3 --json -\n  \
-whitefurnace radiosity cornell-original --patches 16000 --method hierarchical --error 0.01";
+whitefurnace radiosity cube-one-emitter --method jacobi --bounces 3 --json -";
 
 pub(in crate::cli) const VIEW_FACTORS_HELP: &str = "\
 The methods:\n  \

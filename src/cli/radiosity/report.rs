@@ -22,6 +22,8 @@ struct Document<'a> {
     certified_bound: f64,
     converged: bool,
     iterations: u64,
+    /// Residuals, as the solver counts them.
+    history: &'a [f64],
     seconds: Seconds,
     view_factors: &'a Report,
     repair: Option<Repair>,
@@ -100,6 +102,7 @@ pub(super) fn json(solved: &SolvedScene, method: Method, per_patch: bool) -> any
         certified_bound: solved.solved.certified_bound,
         converged: solved.solved.converged,
         iterations: solved.solved.iterations,
+        history: &solved.solved.history,
         seconds: Seconds { patches, view_factors, solve },
         view_factors: &solved.report,
         repair: solved.repair,

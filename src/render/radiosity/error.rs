@@ -64,8 +64,8 @@ pub enum RadiosityError {
     Area(f64),
     /// The matrix does not fit.
     #[error(
-        "the view factors of {patches} patches take {needed} MiB; allowed are {allowed} MiB. Fewer patches, more memory, or \
-         the hierarchical method would do"
+        "the view factors of {patches} patches take {needed} MiB; allowed are {allowed} MiB. Fewer patches or more memory \
+         would do"
     )]
     Memory {
         /// How many patches there are.
