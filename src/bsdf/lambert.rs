@@ -30,6 +30,11 @@ impl Lambert {
     pub fn new(rho: impl Into<Rgb>) -> Result<Self, ParamError> {
         Ok(Self { rho: RHO.check_colour("lambert", "rho", rho.into())? })
     }
+
+    /// The reflectance.
+    pub fn rho(&self) -> Rgb {
+        self.rho
+    }
 }
 
 impl Bsdf for Lambert {

@@ -5,8 +5,10 @@ use std::fmt;
 use glam::{DVec2, DVec3};
 
 use super::texture::Texture;
-use crate::bsdf::{Bsdf, BsdfSample, Ggx, Lambert, Lobes, Uniforms};
+use crate::bsdf::{Bsdf, BsdfSample, Density, Ggx, Lambert, Lobes, Uniforms};
 use crate::math::color::Rgb;
+use crate::math::frame::Frame;
+use crate::sampling::warp::{cosine_about, cosine_about_pdf};
 
 /// A model of reflection at every point of a surface, with the opacity of the surface.
 #[derive(Debug)]
@@ -210,6 +212,24 @@ impl LocalBsdf<'_> {
         Some(BsdfSample { wi: self.seen(wo, draw.wi), ..draw })
     }
 
+    /// Draws `wi` as [`sample`](Self::sample) does, but in the world, where `frame` is the local space.
+    ///
+    /// A diffuse model's numbers stand for a point of a sphere that does not turn with the frame. Where normals vary within
+    /// a pixel, close numbers then still give close directions, and points that are good in four dimensions, pixel and
+    /// direction, stay so.
+    #[inline]
+    pub fn sample_in(&self, frame: &Frame, wo: DVec3, u: Uniforms) -> Option<BsdfSample> {
+        let Local::Lambert(lambert) = &self.model else {
+            let draw = self.sample(wo, u)?;
+            return Some(BsdfSample { wi: frame.to_world(draw.wi), ..draw });
+        };
+        let n = if self.two_sided && wo.z < 0.0 { -frame.n } else { frame.n };
+        let wi = cosine_about(n, u.dir);
+        let pdf = cosine_about_pdf(n, wi);
+        let lit = self.seen(wo, wo).z > 0.0 && pdf > 0.0;
+        lit.then_some(BsdfSample { wi, weight: lambert.rho(), density: Density::SolidAngle(pdf) })
+    }
+
     /// The kinds of lobes.
     #[inline]
     pub fn lobes(&self) -> Lobes {
@@ -220,5 +240,43 @@ impl LocalBsdf<'_> {
     #[inline]
     fn seen(&self, wo: DVec3, w: DVec3) -> DVec3 {
         if self.two_sided && wo.z < 0.0 { DVec3::new(w.x, w.y, -w.z) } else { w }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::warp::uniform_sphere;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn draws_in_the_world_are_of_the_model(
+            (x, y, z) in (0.0..1.0_f64, 0.0..1.0_f64, -0.99..0.99_f64),
+            (u, v) in (0.0..1.0_f64, 0.0..1.0_f64),
+            (two_sided, diffuse) in any::<(bool, bool)>(),
+        ) {
+            let frame = Frame::about(uniform_sphere(DVec2::new(x, y)));
+            let wo = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+            let material = if diffuse {
+                Material::diffuse("", Rgb::grey(0.7).into())
+            } else {
+                Material::ggx("", Ggx::new(0.6).unwrap())
+            };
+            let material = if two_sided { material.two_sided() } else { material };
+            let local = material.at(DVec2::ZERO, Rgb::WHITE);
+            let drawn = local.sample_in(&frame, wo, Uniforms::new(0.5, u, v));
+            if diffuse {
+                prop_assert_eq!(drawn.is_some(), z > 0.0 || two_sided && z < 0.0);
+            }
+            let Some(drawn) = drawn else { return Ok(()) };
+            let wi = frame.to_local(drawn.wi);
+            let (f, pdf) = local.eval_pdf(wo, wi);
+            let Density::SolidAngle(density) = drawn.density else { panic!("no Dirac lobes here") };
+            // A thousand roundings, over a cosine that may be small.
+            let tolerance = 1e-13 / wi.z.abs();
+            prop_assert!((density / pdf - 1.0).abs() <= tolerance, "{density} against {pdf}");
+            prop_assert!((drawn.weight.0.x / (f.0.x * wi.z.abs() / pdf) - 1.0).abs() <= tolerance);
+        }
     }
 }

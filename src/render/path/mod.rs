@@ -287,14 +287,16 @@ mod tests {
         for strategy in [Strategy::Mis, Strategy::Direct, Strategy::Bsdf, Strategy::RandomConnect] {
             for (first_split, bounces) in [(1, None), (3, Some(4))] {
                 let tracer = PathTracer { strategy, bounces, first_split, ..PathTracer::default() };
+                let mut light = Rgb::BLACK;
                 for (waves, alone) in [
                     in_waves_and_alone(&tracer, &scene, &Independent::new(5)),
                     in_waves_and_alone(&tracer, &scene, &Lattice::new(5)),
                     in_waves_and_alone(&tracer, &scene, &SamplerKind::Halton.sampler(5, 200, 1)),
                 ] {
                     assert!(waves == alone, "{tracer:?}");
-                    assert!(waves.iter().any(|radiance| !radiance.is_black()));
+                    light += waves.into_iter().sum();
                 }
+                assert!(!light.is_black(), "{tracer:?}: no path has found the lamp");
             }
         }
     }

@@ -55,15 +55,14 @@ impl<'a> Vertex<'a> {
         (f * local.z.abs(), pdf)
     }
 
-    /// Draws a direction, local.
+    /// Draws a direction, in the world.
     #[allow(
         clippy::inline_always,
         reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
     )]
     #[inline(always)]
     pub(super) fn sample(&self, u: Uniforms) -> Option<BsdfSample> {
-        let drawn = self.bsdf.sample(self.wo, u)?;
-        let side = self.frame.to_world(drawn.wi).dot(self.surface.ng);
-        (drawn.wi.z * side > 0.0).then_some(drawn)
+        let drawn = self.bsdf.sample_in(&self.frame, self.wo, u)?;
+        (drawn.wi.dot(self.frame.n) * drawn.wi.dot(self.surface.ng) > 0.0).then_some(drawn)
     }
 }

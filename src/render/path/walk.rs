@@ -270,7 +270,7 @@ impl Walk {
             }
             self.throughput = self.throughput / survival;
         }
-        self.ray = scene.leave(vertex.surface, vertex.frame.to_world(drawn.wi));
+        self.ray = scene.leave(vertex.surface, drawn.wi);
         !self.throughput.is_black()
     }
 }

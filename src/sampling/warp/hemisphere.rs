@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::{cylindrical, turn};
+use super::{cylindrical, turn, uniform_sphere, uniform_sphere_inv};
 
 /// Maps the unit square to the hemisphere so that p(w) = 1 / 2π.
 ///
@@ -40,6 +40,28 @@ pub fn cosine_hemisphere_pdf(w: DVec3) -> f64 {
 /// The `u` that [`cosine_hemisphere`] maps to `w`.
 pub fn cosine_hemisphere_inv(w: DVec3) -> DVec2 {
     DVec2::new(w.x * w.x + w.y * w.y, turn(w.x, w.y))
+}
+
+/// Maps the unit square to the hemisphere about the unit vector `n` so that p(w) = n·w / π: the direction of n + s, with s
+/// the point of [`uniform_sphere`], which is the same for every `n`.
+///
+/// Close `n` thus give close directions everywhere, as no frame about `n` does. By the theorem of the inscribed angle w halves
+/// the angle between n and s, so that |∂w/∂s| = 1 / (4 n·w). `u` in [0, 1)²; at s = −n, where there is no direction, NaN.
+/// Inverse: [`cosine_about_inv`].
+#[inline]
+pub fn cosine_about(n: DVec3, u: DVec2) -> DVec3 {
+    (n + uniform_sphere(u)).normalize()
+}
+
+/// n·w / π [1/sr] above the horizon of `n`, 0 below.
+#[inline]
+pub fn cosine_about_pdf(n: DVec3, w: DVec3) -> f64 {
+    n.dot(w).max(0.0) * FRAC_1_PI
+}
+
+/// The `u` that [`cosine_about`] maps to `w`.
+pub fn cosine_about_inv(n: DVec3, w: DVec3) -> DVec2 {
+    uniform_sphere_inv(2.0 * n.dot(w) * w - n)
 }
 
 /// Maps the unit square to the hemisphere so that p(w) = (1 − t) cosθ / π + t / 2π, for `t` in [0, 1].
@@ -112,6 +134,18 @@ mod tests {
             density_is_the_jacobian(u, cosine_hemisphere, cosine_hemisphere_pdf(cosine_hemisphere(u)))?;
             let blend = |u| blended_hemisphere(u, t);
             density_is_the_jacobian(u, blend, blended_hemisphere_pdf(blend(u), t))?;
+        }
+
+        #[test]
+        fn the_cosine_about_any_normal(u in square(), v in square()) {
+            let n = uniform_sphere(v);
+            let map = |u| cosine_about(n, u);
+            let w = map(u);
+            // Near its horizon the map stretches without bound, the direction by the roundings of n + s.
+            prop_assume!(n.dot(w) > 0.1);
+            density_is_the_jacobian(u, map, cosine_about_pdf(n, w))?;
+            prop_assert!(density_is_the_jacobian(u, map, 1.01 * cosine_about_pdf(n, w)).is_err());
+            inverse_returns(u, w, cosine_about_inv(n, w), 1e-13)?;
         }
 
         #[test]

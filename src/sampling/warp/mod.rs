@@ -10,8 +10,9 @@ mod sphere;
 
 pub use disk::{concentric_disk, concentric_disk_inv, concentric_disk_pdf};
 pub use hemisphere::{
-    blended_hemisphere, blended_hemisphere_inv, blended_hemisphere_pdf, cosine_hemisphere, cosine_hemisphere_inv,
-    cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_inv, uniform_hemisphere_pdf,
+    blended_hemisphere, blended_hemisphere_inv, blended_hemisphere_pdf, cosine_about, cosine_about_inv,
+    cosine_about_pdf, cosine_hemisphere, cosine_hemisphere_inv, cosine_hemisphere_pdf, uniform_hemisphere,
+    uniform_hemisphere_inv, uniform_hemisphere_pdf,
 };
 pub use lobe::{
     cosine_power, lobe_power, phong_lobe, phong_lobe_above, phong_lobe_inv, phong_lobe_pdf, power_cosine,
