@@ -54,6 +54,45 @@ fn a_number_of_reflections_is_exact() {
 }
 
 #[test]
+fn hierarchical_states_its_links_and_its_error() {
+    let args = ["radiosity", "cube-one-emitter", "--method", "hierarchical", "--patches", "600", "--error", "0.003"];
+    let found = json(&[&args[..], &["--json", "-"]].concat());
+    assert_eq!((&found["method"], &found["converged"]), (&"hierarchical".into(), &true.into()));
+    let hierarchy = &found["hierarchy"];
+    let estimate = hierarchy["estimated_error"].as_f64().unwrap();
+    assert!(estimate > 0.0 && estimate <= 0.003, "{hierarchy}");
+    let links = hierarchy["links"].as_u64().unwrap();
+    assert!(links > 600 && links < 600 * 600 / 3, "{links} links");
+    assert_eq!(hierarchy["links_by_level"].as_array().unwrap().iter().filter_map(Value::as_u64).sum::<u64>(), links);
+    assert!(found.get("view_factors").is_none());
+    // Means of the continuous solution; 0.3 % of what is reflected, .22 on the whole, and the size of the patches.
+    for (i, b) in [(0, 1.104362), (1, 0.171216), (2, 0.181106)] {
+        let mean = found["surfaces"][i]["B"][0].as_f64().unwrap();
+        assert!((mean - b).abs() < 2e-3, "{mean} against {b}");
+    }
+    // What one reflection brings is exact whatever came before it.
+    let one = json(&[&args[..], &["--bounces", "1", "--json", "-"]].concat());
+    assert_eq!(one["iterations"], 1);
+    assert!((one["surfaces"][1]["B"][0].as_f64().unwrap() - 0.0999124478).abs() < 1e-3);
+    let text = succeeds(&args);
+    assert!(text.contains("links (all pairs: 360000)") && text.contains("estimated error"), "{text}");
+}
+
+#[test]
+fn what_a_method_does_not_heed_is_refused() {
+    let hierarchical = ["radiosity", "cube-one-emitter", "--method", "hierarchical"];
+    refused(&[&hierarchical[..], &["--view-factors", "hemicube"]].concat(), &["--view-factors", "hierarchical"]);
+    refused(&[&hierarchical[..], &["--adaptive"]].concat(), &["--adaptive"]);
+    refused(&[&hierarchical[..], &["--error", "2"]].concat(), &["below 1"]);
+    refused(
+        &[&hierarchical[..], &["--error", "1e-6", "--max-memory", "1"]].concat(),
+        &["links", "MiB", "larger error"],
+    );
+    refused(&["radiosity", "cube-one-emitter", "--error", "0.1"], &["--error", "gauss-seidel"]);
+    refused(&["radiosity", "cube-one-emitter", "--method", "gauss"], &["southwell", "hierarchical"]);
+}
+
+#[test]
 fn view_factors_are_printed_in_three_forms() {
     let args = ["view-factors", "cube-one-emitter", "--method", "rectangles", "--patches", "6"];
     let text = succeeds(&args);

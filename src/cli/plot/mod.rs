@@ -110,6 +110,10 @@ enum Kind {
     /// Variance of Russian roulette in a furnace against the probability of going on
     #[command(after_help = "Examples:\n  whitefurnace plot roulette --rho 0.9 -o roulette.png")]
     Roulette(studies::Roulette),
+    /// Links of hierarchical radiosity against the number of elements, for errors held fixed, with the fitted exponents
+    #[command(after_help = "Examples:\n  whitefurnace plot links -o links.png\n  \
+        whitefurnace plot links --scene cube-one-emitter --most 20000")]
+    Links(studies::Links),
 }
 
 #[derive(Debug, clap::Args)]
@@ -201,6 +205,7 @@ pub(super) fn run(args: &PlotArgs, out: &mut dyn Write) -> anyhow::Result<Status
         }
         Kind::FirstSplit(args) => studies::first_split(args, out)?,
         Kind::Roulette(args) => studies::roulette(args, out)?,
+        Kind::Links(args) => studies::links(args, out)?,
     }
     Ok(Status::Pass)
 }

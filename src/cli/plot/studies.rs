@@ -1,8 +1,8 @@
-//! The plots that measure what they show: the first split, and Russian roulette.
+//! The plots that measure what they show: the first split, Russian roulette, and the links of hierarchical radiosity.
 
 use std::io::Write;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 
 use super::Out;
 use crate::cli::args::{draws, seed};
@@ -11,6 +11,7 @@ use crate::converge::first_split::{Fit, Floor, Law, Pixel, Point};
 use crate::converge::roulette::Furnace;
 use crate::converge::variance::variance_std_err;
 use crate::render::path::PathTracer;
+use crate::render::radiosity::hierarchical::{Growth, Hierarchical};
 use crate::report::plot::{self, RoulettePoint};
 use crate::report::table::{Align, Table, short};
 use crate::scene::Scene;
@@ -52,6 +53,48 @@ pub(super) struct Roulette {
     seed: u64,
     #[command(flatten)]
     out: Out,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Links {
+    /// A file, or the name of a built-in scene, of diffuse surfaces
+    #[arg(long, value_name = "SCENE", default_value = "cornell-original")]
+    scene: String,
+    /// Largest number of elements; it is halved down to 250
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..=1 << 22), default_value_t = 16_000)]
+    most: u64,
+    #[command(flatten)]
+    out: Out,
+}
+
+/// Errors that are held fixed.
+const ERRORS: [f64; 3] = [0.1, 0.03, 0.01];
+/// The smallest number of elements.
+const FEWEST: u64 = 250;
+
+pub(super) fn links(args: &Links, out: &mut dyn Write) -> anyhow::Result<()> {
+    let picture = args.out.picture("links")?;
+    let scene = Scene::new(SceneOptions::default().load(&args.scene)?.scene)?;
+    let halved = std::iter::successors(Some(args.most), |size| Some(size / 2)).take_while(|&size| size >= FEWEST);
+    let mut sizes: Vec<usize> = halved.map(|size| size as usize).collect();
+    sizes.reverse();
+    let mut growths = Vec::new();
+    let mut table = Table::new(&["error", "elements", "leaves", "links"].map(|name| (name, Align::Right)));
+    for error in ERRORS {
+        let model = Hierarchical { error, ..Hierarchical::default() };
+        let growth = Growth::measure(&model, &scene, &sizes).context(args.scene.clone())?;
+        for size in &growth.points {
+            table.row([short(error), size.finest.to_string(), size.leaves.to_string(), size.links.to_string()]);
+        }
+        growths.push(growth);
+    }
+    write!(out, "{}", table.text("  "))?;
+    for growth in &growths {
+        if let Some([p, std_err]) = growth.exponent() {
+            writeln!(out, "error {}: links as n^p, p = {p:.3} ± {std_err:.3}", short(growth.error))?;
+        }
+    }
+    picture.write(&plot::links(scene.name(), &growths), out)
 }
 
 fn samples(text: &str) -> Result<u64, String> {

@@ -1,8 +1,9 @@
 //! What `radiosity` and `view-factors` take, and what `render --method radiosity` shares with them.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::ValueEnum;
 
 use crate::cli::args::{positive, seed, stops};
@@ -13,7 +14,7 @@ use crate::render::radiosity::factors::{Contour, Hemicube, MonteCarlo, Points, R
 use crate::render::radiosity::model::{DEFAULT_PATCHES, Radiosity};
 use crate::render::radiosity::patches::{Fineness, Materials};
 use crate::render::radiosity::solution::{Display, RadiositySolution};
-use crate::render::radiosity::solve::{Method, Settings};
+use crate::render::radiosity::solve::{Method, Settings, SolveError};
 use crate::scene::Scene;
 
 pub(in crate::cli) const RADIOSITY_HELP: &str = "\
@@ -22,10 +23,11 @@ The surfaces must be diffuse, or be taken for it (--diffuse-approximation). Name
 --json FILE: {\"schema\": 1, \"method\", \"patches\": N, \"surfaces\": [{\"name\", \"area\", \"B\": [r, g, b], \"H\": [r, g, b]}],\n\
 \"energy\": {\"emitted\", \"absorbed\", \"escaped\"}, \"residual\", \"certified_bound\", \"iterations\", \"seconds\": {…}, …}. B and H are\n\
 radiosity and irradiance, π times the radiance; an energy is the mean of the three channels, in energy.rgb by channel.\n\n\
-Exit status: 0, or 3 where the tolerance was not reached, 2 bad usage or input\n\n\
+Exit status: 0, or 3 where the tolerance or the error was not reached, 2 bad usage or input\n\n\
 Examples:\n  whitefurnace radiosity cornell-original -o box.png\n  \
 whitefurnace radiosity cornell-original -o gathered.exr --display gather --spp 64\n  \
-whitefurnace radiosity cube-one-emitter --method jacobi --bounces 3 --json -";
+whitefurnace radiosity cube-one-emitter --method jacobi --bounces 3 --json -\n  \
+whitefurnace radiosity cornell-original --patches 16000 --method hierarchical --error 0.01";
 
 pub(in crate::cli) const VIEW_FACTORS_HELP: &str = "\
 The methods:\n  \
@@ -85,7 +87,7 @@ pub(in crate::cli) struct FactorArgs {
     /// Make the factors obey a law, and say by how much that changes them
     #[arg(long, value_enum)]
     enforce: Option<EnforceArg>,
-    /// The largest matrix of view factors, in MiB
+    /// The most that view factors or links may take, in MiB
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 24), default_value = "2048")]
     max_memory: u64,
 }
@@ -133,6 +135,34 @@ impl FactorArgs {
     }
 }
 
+/// What solves the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Solver {
+    /// A matrix of all view factors, and a solver of its equations.
+    Matrix(Method),
+    Hierarchical,
+}
+
+impl Solver {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Matrix(method) => method.name(),
+            Self::Hierarchical => "hierarchical",
+        }
+    }
+}
+
+impl FromStr for Solver {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        if name == Self::Hierarchical.name() {
+            return Ok(Self::Hierarchical);
+        }
+        name.parse().map(Self::Matrix).map_err(|error: SolveError| format!("{error}, and hierarchical"))
+    }
+}
+
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct RadiosityArgs {
     #[command(flatten)]
@@ -142,15 +172,19 @@ pub(in crate::cli) struct RadiosityArgs {
     /// Make patches finer where the light changes, at borders of shadows and along edges; as many in the end
     #[arg(long)]
     pub(super) adaptive: bool,
-    /// The solver: dense, jacobi, gauss-seidel, cg or southwell. Default: jacobi with --bounces, else gauss-seidel
+    /// The solver: dense, jacobi, gauss-seidel, cg, southwell or hierarchical. Default: jacobi with --bounces, else gauss-seidel
     #[arg(long, value_name = "NAME")]
-    pub(super) method: Option<Method>,
-    /// Where the view factors come from
-    #[arg(long, value_enum, value_name = "NAME", default_value = "visibility")]
-    pub(super) view_factors: FactorMethod,
+    method: Option<Solver>,
+    /// Error to be reached by hierarchical: root mean square by area, relative to what is reflected, against patches that are all
+    /// as small as --patches allows. Default: 0.01
+    #[arg(long, value_name = "E", value_parser = positive, allow_hyphen_values = true)]
+    pub(super) error: Option<f64>,
+    /// Where the view factors come from. Default: visibility
+    #[arg(long, value_enum, value_name = "NAME")]
+    view_factors: Option<FactorMethod>,
     #[command(flatten)]
     pub(super) factors: FactorArgs,
-    /// Exactly so many reflections (jacobi)
+    /// Exactly so many reflections (jacobi, hierarchical)
     #[arg(long, value_name = "R")]
     pub(super) bounces: Option<u32>,
     /// Certified error of the solution of the equations, relative to the largest radiosity
@@ -180,6 +214,34 @@ pub(in crate::cli) struct RadiosityArgs {
     /// No summary
     #[arg(long)]
     pub(super) quiet: bool,
+}
+
+impl RadiosityArgs {
+    pub(super) fn solver(&self) -> Solver {
+        let default = if self.bounces.is_some() { Method::Jacobi } else { Method::GaussSeidel };
+        self.method.unwrap_or(Solver::Matrix(default))
+    }
+
+    pub(super) fn view_factors(&self) -> FactorMethod {
+        self.view_factors.unwrap_or(FactorMethod::Visibility)
+    }
+
+    /// Refuses what the solver would not heed.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        let unheeded = match self.solver() {
+            Solver::Matrix(_) => [("--error", self.error.is_some())].to_vec(),
+            Solver::Hierarchical => [
+                ("--view-factors", self.view_factors.is_some()),
+                ("--adaptive", self.adaptive),
+                ("--enforce", self.factors.enforce.is_some()),
+            ]
+            .to_vec(),
+        };
+        match unheeded.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => bail!("{option}: means nothing to --method {}", self.solver().name()),
+            None => Ok(()),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

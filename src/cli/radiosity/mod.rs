@@ -1,5 +1,6 @@
 //! `whitefurnace radiosity`: the light of diffuse surfaces by the radiosity equations.
 
+mod answer;
 mod args;
 mod report;
 mod view_factors;
@@ -15,16 +16,16 @@ use crate::image::Format;
 use crate::render::film::Film;
 use crate::render::progressive::{self, Job, Stop};
 use crate::render::provenance::{Provenance, Run};
-use crate::render::radiosity::model::{DEFAULT_PATCHES, Radiosity, SolvedScene};
-use crate::render::radiosity::solve::{Method, Settings};
 use crate::report::save::Target;
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
+use answer::Answer;
 pub(super) use args::{DisplayArgs, RADIOSITY_HELP, RadiosityArgs, VIEW_FACTORS_HELP, ViewFactorsArgs};
 pub(super) use view_factors::run as run_view_factors;
 
 pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
+    args.check()?;
     let images = render::images(&args.outputs)?;
     let json = args.json.clone().map(|path| sink("--json", path)).transpose()?;
     let loaded = args.scene.load()?;
@@ -36,51 +37,34 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
         Some((width, height)) => scene.with_size(width, height),
         None => scene,
     };
-    let solved = model(args).solve(&scene).with_context(|| args.scene.typed().to_string())?;
+    let answer = Answer::of(args, &scene).with_context(|| args.scene.typed().to_string())?;
     match &json {
-        Some(Sink::Stdout) => writeln!(out, "{}", report::json(&solved, method(args), args.per_patch)?)?,
-        Some(Sink::File(target)) => target
-            .write(report::json(&solved, method(args), args.per_patch)?.as_bytes())
-            .context("--json: cannot be written")?,
+        Some(Sink::Stdout) => writeln!(out, "{}", report::json(&answer, args)?)?,
+        Some(Sink::File(target)) => {
+            target.write(report::json(&answer, args)?.as_bytes()).context("--json: cannot be written")?;
+        }
         None => {}
     }
-    let status = if solved.solved.converged || args.bounces.is_some() { Status::Pass } else { Status::Inconclusive };
+    let reached = answer.is_reached() || args.bounces.is_some();
+    let status = if reached { Status::Pass } else { Status::Inconclusive };
     if !args.quiet && !matches!(json, Some(Sink::Stdout)) {
-        write!(out, "{}", report::text(&solved, method(args), args.bounces))?;
+        write!(out, "{}", report::text(&answer, args))?;
     }
     if !images.is_empty() {
-        draw(args, &scene, solved, &images)?;
+        draw(args, &scene, answer, &images)?;
     }
     Ok(status)
-}
-
-fn method(args: &RadiosityArgs) -> Method {
-    let default = if args.bounces.is_some() { Method::Jacobi } else { Method::GaussSeidel };
-    args.method.unwrap_or(default)
-}
-
-fn model(args: &RadiosityArgs) -> Radiosity {
-    Radiosity {
-        fineness: args.mesh.fineness(DEFAULT_PATCHES),
-        adaptive: args.adaptive,
-        materials: args.mesh.materials(),
-        factors: args.factors.method(args.view_factors),
-        enforce: args.factors.enforce(),
-        method: method(args),
-        settings: Settings { tolerance: args.tol, bounces: args.bounces, ..Settings::default() },
-        memory: args.factors.memory(),
-    }
 }
 
 fn draw(
     args: &RadiosityArgs,
     scene: &Scene,
-    solved: SolvedScene,
+    answer: Answer,
     images: &[(Target, Format, PathBuf)],
 ) -> anyhow::Result<()> {
     let (width, height) = (scene.film().width, scene.film().height);
-    let count = solved.patches.all().len();
-    let solution = solved.shown(args.display.into());
+    let count = answer.patches().all().len();
+    let solution = answer.shown(args.display.into());
     let kind = SamplerKind::default();
     let sampler = kind.sampler(args.factors.seed, args.spp, width as u64);
     let job = Job { scene, radiance: &solution, filter: &scene.film().filter, sampler: &sampler };
@@ -91,7 +75,8 @@ fn draw(
         progress::show(&bar, &format!("{} samples per pixel", now.samples), now.seconds, 0.0, now.share);
     });
     bar.finish_and_clear();
-    let settings = format!("{width}x{height}, radiosity of {count} patches by {}, {:?}", method(args), args.display);
+    let settings =
+        format!("{width}x{height}, radiosity of {count} patches by {}, {:?}", args.solver().name(), args.display);
     let run = Run { seed: args.factors.seed, first: 0, count: film.most_drawn() };
     let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
     for (target, format, path) in images {

@@ -62,10 +62,24 @@ pub enum RadiosityError {
     /// Patches of no size.
     #[error("patches of area {0}; allowed is a number > 0")]
     Area(f64),
+    /// An error that cannot be asked for.
+    #[error("a relative error of {0}; allowed is a number above 0 and below 1")]
+    Error(f64),
+    /// Too many links.
+    #[error(
+        "the links of this accuracy take {needed} MiB and more; allowed are {allowed} MiB. A larger error, fewer patches or \
+         more memory would do"
+    )]
+    Links {
+        /// MiB.
+        needed: u64,
+        /// MiB.
+        allowed: u64,
+    },
     /// The matrix does not fit.
     #[error(
-        "the view factors of {patches} patches take {needed} MiB; allowed are {allowed} MiB. Fewer patches or more memory \
-         would do"
+        "the view factors of {patches} patches take {needed} MiB; allowed are {allowed} MiB. Fewer patches, more memory, or \
+         the hierarchical method would do"
     )]
     Memory {
         /// How many patches there are.

@@ -3,6 +3,7 @@
 pub mod face;
 pub mod factors;
 pub mod form;
+pub mod hierarchical;
 pub mod matrix;
 pub mod model;
 pub mod patch;
@@ -10,6 +11,7 @@ pub mod patches;
 pub mod polygon;
 pub mod solution;
 pub mod solve;
+pub mod surface_light;
 pub mod system;
 
 mod adaptive;

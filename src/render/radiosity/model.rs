@@ -8,6 +8,7 @@ use super::factors::{self, MEMORY, Report, ViewFactors, Visibility};
 use super::patches::{Fineness, Materials, Patches};
 use super::solution::{Display, RadiositySolution};
 use super::solve::{Method, Settings, Solved};
+use super::surface_light::SurfaceLight;
 use super::system::System;
 use super::system::energy::Energy;
 use crate::math::color::Rgb;
@@ -74,19 +75,6 @@ pub struct SolvedScene {
     pub seconds: [f64; 3],
 }
 
-/// The light of a shape.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceLight {
-    /// Its name.
-    pub name: String,
-    /// Its area, of all sides that are not black and nothing covers \[m²\].
-    pub area: f64,
-    /// Its mean radiosity [W/m²].
-    pub radiosity: Rgb,
-    /// Its mean irradiance [W/m²].
-    pub irradiance: Rgb,
-}
-
 impl Radiosity {
     /// Solves the scene.
     pub fn solve(&self, scene: &Scene) -> Result<SolvedScene, RadiosityError> {
@@ -131,22 +119,7 @@ impl Radiosity {
 impl SolvedScene {
     /// The light of each shape that has patches, in the order of the shapes.
     pub fn surfaces(&self) -> Vec<SurfaceLight> {
-        let names = self.patches.shapes();
-        let mut sums = vec![(0.0, Rgb::BLACK, Rgb::BLACK); names.len()];
-        for (i, patch) in self.patches.all().iter().enumerate() {
-            let (area, b, h) = &mut sums[patch.shape];
-            *area += patch.area;
-            *b += self.solved.radiosity[i] * patch.area;
-            *h += self.irradiance[i] * patch.area;
-        }
-        let each = names.iter().zip(sums).filter(|(_, (area, ..))| *area > 0.0);
-        each.map(|(name, (area, b, h))| SurfaceLight {
-            name: name.clone(),
-            area,
-            radiosity: b / area,
-            irradiance: h / area,
-        })
-        .collect()
+        SurfaceLight::of_all(&self.patches, &self.solved.radiosity, &self.irradiance)
     }
 
     /// The solution as light.

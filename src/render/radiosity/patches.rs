@@ -23,6 +23,17 @@ pub enum Fineness {
     Area(f64),
 }
 
+impl Fineness {
+    /// The side of the squares into which the faces are to be cut.
+    pub(super) fn side(self, faces: &[Face]) -> Result<f64, RadiosityError> {
+        match self {
+            Self::Count(wanted) => side_for(faces, wanted),
+            Self::Area(area) if area > 0.0 && area.is_finite() => Ok(area.sqrt()),
+            Self::Area(area) => Err(RadiosityError::Area(area)),
+        }
+    }
+}
+
 /// What is taken for diffuse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Materials {
@@ -57,11 +68,7 @@ impl Patches {
         let faces = faces(scene)?;
         let reflectances = Reflectance::of_all(scene, materials)?;
         let holes = covered(scene, &faces)?;
-        let side = match fineness {
-            Fineness::Count(wanted) => side_for(&faces, wanted)?,
-            Fineness::Area(area) if area > 0.0 && area.is_finite() => area.sqrt(),
-            Fineness::Area(area) => return Err(RadiosityError::Area(area)),
-        };
+        let side = fineness.side(&faces)?;
         let count: usize = faces.iter().map(|face| cells(&face.outline, side).count()).sum();
         if count > MOST_PATCHES {
             return Err(RadiosityError::TooMany { patches: count, allowed: MOST_PATCHES });
@@ -192,8 +199,8 @@ fn side_for(faces: &[Face], wanted: usize) -> Result<f64, RadiosityError> {
 /// How many columns and rows a face is cut into; of a triangle, k² parts for k of both.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cells {
-    columns: usize,
-    rows: usize,
+    pub(super) columns: usize,
+    pub(super) rows: usize,
 }
 
 /// As square as they can be, of about this side.

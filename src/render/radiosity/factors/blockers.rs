@@ -1,13 +1,12 @@
 //! What can lie between patches at all, and pairs between which none of it does.
 //!
 //! A plane face with nothing behind it is a wall: no way between two patches crosses it. The other faces, shape by shape, are
-//! blockers. A pair is free of a blocker if some axis separates the hull of its two patches from the hull of the blocker.
+//! blockers. A pair is free of a blocker if some axis separates the hull of its two forms from the hull of the blocker.
 
 use glam::DVec3;
 
-use crate::render::radiosity::face::Outline;
+use crate::render::radiosity::face::{Face, Outline};
 use crate::render::radiosity::patch::Form;
-use crate::render::radiosity::patches::Patches;
 
 /// Axes that are tried for all pairs; the first three are the world's.
 const MOST_AXES: usize = 16;
@@ -19,22 +18,27 @@ type Slabs = Vec<[f64; 2]>;
 
 /// Everything that is not a wall.
 #[derive(Debug)]
-pub(super) struct Blockers {
+pub(in crate::render::radiosity) struct Blockers {
     axes: Vec<DVec3>,
     /// Of each blocker its corners, and their range.
     all: Vec<(Vec<DVec3>, Slabs)>,
-    /// Of each patch the same.
-    patches: Vec<(Vec<DVec3>, Slabs)>,
+    /// Of each form the same.
+    forms: Vec<(Vec<DVec3>, Slabs)>,
     /// Too many to be looked at one by one.
     many: bool,
     near: f64,
 }
 
 impl Blockers {
-    pub(super) fn new(patches: &Patches) -> Self {
-        let near = 1e-9 * patches.extent();
-        let faces = patches.faces();
-        let mut of_shape: Vec<Vec<DVec3>> = vec![Vec::new(); patches.shapes().len()];
+    /// Between `forms`, which lie on these faces of a scene of this extent.
+    pub(in crate::render::radiosity) fn new<'a>(
+        faces: &[Face],
+        forms: impl Iterator<Item = &'a Form>,
+        extent: f64,
+    ) -> Self {
+        let near = 1e-9 * extent;
+        let shapes = faces.iter().map(|face| face.shape + 1).max().unwrap_or(0);
+        let mut of_shape: Vec<Vec<DVec3>> = vec![Vec::new(); shapes];
         let mut axes = vec![DVec3::X, DVec3::Y, DVec3::Z];
         let corners: Vec<Vec<DVec3>> = faces.iter().map(|face| corners(&face.outline)).collect();
         for (face, own) in faces.iter().zip(&corners) {
@@ -54,27 +58,26 @@ impl Blockers {
             (corners, slabs)
         };
         let blockers: Vec<_> = of_shape.into_iter().filter(|all| !all.is_empty()).map(with_slabs).collect();
-        let of_patch = |form: &Form| match form {
+        let of_form = |form: &Form| match form {
             Form::Flat(polygon) => polygon.corners().to_vec(),
             Form::Curved(curved) => box_corners(curved.surface.quadric.bounds()),
         };
         let many = blockers.len() > MOST_BLOCKERS;
-        let of_patches =
-            if many { Vec::new() } else { patches.all().iter().map(|p| with_slabs(of_patch(&p.form))).collect() };
-        Self { all: blockers, patches: of_patches, many, near, axes }
+        let of_forms = if many { Vec::new() } else { forms.map(|form| with_slabs(of_form(form))).collect() };
+        Self { all: blockers, forms: of_forms, many, near, axes }
     }
 
     /// Whether there are none.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(in crate::render::radiosity) fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Whether certainly nothing lies between the two patches.
-    pub(super) fn leave_free(&self, i: usize, j: usize) -> bool {
+    /// Whether certainly nothing lies between two of the forms.
+    pub(in crate::render::radiosity) fn leave_free(&self, i: usize, j: usize) -> bool {
         if self.many {
             return false;
         }
-        let (a, b) = (&self.patches[i], &self.patches[j]);
+        let (a, b) = (&self.forms[i], &self.forms[j]);
         self.all.iter().all(|blocker| self.along_axes(&a.1, &b.1, &blocker.1) || self.along_the_way(a, b, blocker))
     }
 
@@ -85,7 +88,7 @@ impl Blockers {
         })
     }
 
-    /// Axes perpendicular to the way from one patch to the other.
+    /// Axes perpendicular to the way from one form to the other.
     fn along_the_way(&self, a: &(Vec<DVec3>, Slabs), b: &(Vec<DVec3>, Slabs), blocker: &(Vec<DVec3>, Slabs)) -> bool {
         let way = b.0[0] - a.0[0];
         [DVec3::Y, DVec3::X, DVec3::Z].iter().any(|across| {
@@ -129,18 +132,22 @@ fn box_corners(bounds: crate::scene::bvh::Aabb) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::radiosity::patches::{Fineness, Materials};
+    use crate::render::radiosity::patches::{Fineness, Materials, Patches};
     use crate::sampling::stream::{stream, uniform};
     use crate::scene::Scene;
     use crate::scene::builtin::builtin;
     use glam::DVec2;
+
+    fn between(patches: &Patches) -> Blockers {
+        Blockers::new(patches.faces(), patches.all().iter().map(|patch| &patch.form), patches.extent())
+    }
 
     #[test]
     fn a_room_without_furniture_has_no_blockers() {
         for (name, empty) in [("cube-one-emitter", true), ("cornell-original", false), ("furnace-sphere", false)] {
             let scene = Scene::new(builtin(name, &[]).unwrap().unwrap()).unwrap();
             let patches = Patches::new(&scene, Fineness::Count(30), Materials::Diffuse).unwrap();
-            assert_eq!(Blockers::new(&patches).is_empty(), empty, "{name}");
+            assert_eq!(between(&patches).is_empty(), empty, "{name}");
         }
     }
 
@@ -151,7 +158,7 @@ mod tests {
         for (name, share) in [("cornell-original", 0.33), ("cornell-bitterli", 0.15)] {
             let scene = Scene::new(builtin(name, &[]).unwrap().unwrap()).unwrap();
             let patches = Patches::new(&scene, Fineness::Count(150), Materials::Diffuse).unwrap();
-            let blockers = Blockers::new(&patches);
+            let blockers = between(&patches);
             let n = patches.all().len();
             let (mut free, mut facing) = (0, 0);
             for i in 0..n {

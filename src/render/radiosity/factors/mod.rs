@@ -31,6 +31,9 @@ pub use point::Points;
 pub use report::{Report, Spread};
 pub use visibility::Visibility;
 
+pub(super) use blockers::Blockers;
+pub(super) use visibility::{End, kernel, lattice};
+
 use self::enforce::{Enforce, Repair};
 use super::RadiosityError;
 use super::matrix::FactorMatrix;

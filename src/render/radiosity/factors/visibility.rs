@@ -84,7 +84,7 @@ struct Pairs<'a> {
 }
 
 /// The end of a ray: a point just off a surface, and the normal there.
-type End = (DVec3, DVec3);
+pub(in crate::render::radiosity) type End = (DVec3, DVec3);
 
 fn lifted(scene: &Scene, (p, n): End) -> End {
     (scene.lifted(p, n), n)
@@ -108,7 +108,7 @@ impl<'a> Pairs<'a> {
             seed: settings.seed,
             nodes,
             ends: ends.collect(),
-            blockers: Blockers::new(patches),
+            blockers: Blockers::new(patches.faces(), all.iter().map(|patch| &patch.form), patches.extent()),
         }
     }
 
@@ -245,7 +245,7 @@ impl Weights {
 }
 
 /// Two coordinates, from `axis` on, of point `k` of a lattice sequence with a shift.
-fn lattice(k: usize, axis: usize, shift: DVec2) -> DVec2 {
+pub(in crate::render::radiosity) fn lattice(k: usize, axis: usize, shift: DVec2) -> DVec2 {
     // k mirrored at the point: any first 2^m of them are a lattice.
     let at = (k as u64).reverse_bits();
     let coordinate = |axis: usize| at.wrapping_mul(GENERATOR[axis]) as f64 * (1.0 / 18_446_744_073_709_551_616.0);
@@ -255,7 +255,7 @@ fn lattice(k: usize, axis: usize, shift: DVec2) -> DVec2 {
 
 /// cos θ cos θ' / r² = (n·d) (−n'·d) / r⁴ for the way d of length r; 0 where one looks away from the other.
 #[inline]
-fn kernel((p, n): End, (q, m): End) -> f64 {
+pub(in crate::render::radiosity) fn kernel((p, n): End, (q, m): End) -> f64 {
     let way = q - p;
     let r2 = way.length_squared();
     let (out, back) = (way.dot(n), -way.dot(m));

@@ -85,7 +85,7 @@ impl Quadrature {
     }
 
     /// Nodes are made when they are asked for: for a polygon that is paired once.
-    pub(super) fn without_nodes(polygon: Polygon) -> Self {
+    pub(in crate::render::radiosity) fn without_nodes(polygon: Polygon) -> Self {
         let rectangle = Rectangle::of(&polygon);
         let (mut reach, mut narrowing) = (0.0_f64, 0.0_f64);
         for piece in pieces(&polygon) {
