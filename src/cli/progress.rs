@@ -3,6 +3,7 @@
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -24,6 +25,17 @@ pub(super) fn bar(quiet: bool) -> ProgressBar {
         bar.set_style(style);
     }
     bar
+}
+
+/// What is under way and for how long, on standard error, where nobody knows how far it is; hidden where that is no terminal.
+pub(super) fn clock(quiet: bool, what: String) -> ProgressBar {
+    let clock = bar(quiet);
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
+        clock.set_style(style);
+    }
+    clock.set_message(what);
+    clock.enable_steady_tick(Duration::from_millis(200));
+    clock
 }
 
 /// Moves the bar to this share of the work, `seconds` after `share` was `first`.

@@ -4,6 +4,7 @@
 #[allow(dead_code, unused_imports, reason = "shared with other tests")]
 mod common;
 
+mod adaptive;
 mod enclosures;
 mod paths;
 mod view_factors;

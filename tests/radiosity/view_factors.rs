@@ -1,6 +1,6 @@
 //! View factors by every method against closed forms, with the order in which they converge.
 
-use whitefurnace::glam::DVec3;
+use whitefurnace::glam::{DAffine3, DQuat, DVec3};
 use whitefurnace::render::radiosity::factors::enforce::Enforce;
 use whitefurnace::render::radiosity::factors::{
     Contour, Hemicube, MEMORY, MonteCarlo, Points, Rectangles, Report, ViewFactors, Visibility, find,
@@ -15,6 +15,8 @@ use crate::order;
 /// Opposite and adjacent unit squares: section C-11 and C-14 of Howell's catalogue.
 const PARALLEL: f64 = 0.199824895698387;
 const PERPENDICULAR: f64 = 0.200043776075403;
+
+const UNIT_SQUARE: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn quadrangle(name: &str, corners: [[f64; 3]; 4]) -> Shape {
     let mesh = Mesh::new(corners.map(DVec3::from).to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("a mesh");
@@ -124,6 +126,37 @@ fn hemicubes_converge_with_their_resolution_to_what_their_points_see() {
     // Cells along an edge are right or wrong as if by chance: their area as 1/res, their sum as res^(-3/2).
     let order = order(&errors);
     assert!(order < -1.0 && order > -2.2, "order {order}: {errors:?}");
+}
+
+#[test]
+fn coaxial_disks_have_their_closed_form() {
+    let facing = |z: f64, radius: f64, up: f64| Geometry::Disk {
+        to_world: DAffine3::from_scale_rotation_translation(
+            DVec3::new(radius, radius, 1.0),
+            DQuat::from_rotation_x(if up > 0.0 { 0.0 } else { std::f64::consts::PI }),
+            DVec3::new(0.3, 0.2, z),
+        ),
+    };
+    for (low, high, height) in [(1.0, 1.0, 1.0), (0.5, 1.0, 2.0), (1.0, 2.0, 1.0)] {
+        let disk = |name: &str, geometry: Geometry| Shape { geometry, ..quadrangle(name, UNIT_SQUARE) };
+        let shapes = vec![disk("low", facing(0.0, low, 1.0)), disk("high", facing(height, high, -1.0))];
+        let grey = Material::diffuse("grey", whitefurnace::math::color::Rgb::grey(0.5).into());
+        let scene = scene(vec![grey], shapes, Vec::new());
+        let [a, b] = [low, high].map(|radius| radius / height);
+        let s: f64 = 1.0 + (1.0 + b * b) / (a * a);
+        let exact = 0.5 * (s - (s * s - 4.0 * (b / a) * (b / a)).sqrt());
+        for count in [2, 50, 200] {
+            let patches = cut(&scene, count);
+            for method in [&Visibility::default() as &dyn ViewFactors, &MonteCarlo { rays: 1 << 14, seed: 1 }] {
+                let (matrix, report) = found(method, &scene, &patches);
+                let factor = between(&patches, &matrix, "low", "high");
+                // Errors of n² factors as if they were independent, three of their standard deviations.
+                let bound = 3.0 * report.error_rms * (matrix.n() as f64).sqrt();
+                assert!((factor - exact).abs() <= bound, "{} {count}: {factor} {exact} {bound}", method.name());
+                assert!(bound < 0.05 * exact, "{} {count}: a bound of {bound} tells nothing", method.name());
+            }
+        }
+    }
 }
 
 /// Root mean square difference of factors.

@@ -37,7 +37,9 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
         Some((width, height)) => scene.with_size(width, height),
         None => scene,
     };
+    let clock = progress::clock(args.quiet, format!("radiosity by {}", args.solver().name()));
     let answer = Answer::of(args, &scene).with_context(|| args.scene.typed().to_string())?;
+    clock.finish_and_clear();
     match &json {
         Some(Sink::Stdout) => writeln!(out, "{}", report::json(&answer, args)?)?,
         Some(Sink::File(target)) => {

@@ -6,7 +6,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::ViewFactorsArgs;
-use crate::cli::{Status, scene_source};
+use crate::cli::{Status, progress, scene_source};
 use crate::render::radiosity::factors::enforce::Repair;
 use crate::render::radiosity::factors::{self, Report};
 use crate::render::radiosity::matrix::FactorMatrix;
@@ -41,8 +41,10 @@ pub(in crate::cli) fn run(args: &ViewFactorsArgs, out: &mut dyn Write) -> anyhow
     let patches = Patches::new(&scene, args.mesh.fineness(DEFAULT_PATCHES), args.mesh.materials())
         .with_context(|| args.scene.typed().to_string())?;
     let method = args.factors.method(args.method);
+    let clock = progress::clock(false, format!("view factors by {}", method.name()));
     let (matrix, report, repair) =
         factors::find(&*method, &scene, &patches, args.factors.enforce(), args.factors.memory())?;
+    clock.finish_and_clear();
     let sums = matrix.row_sums();
     let name = |i: usize| patches.shapes()[patches.all()[i].shape].as_str();
     if args.json {

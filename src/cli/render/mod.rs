@@ -127,7 +127,9 @@ fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Box<dyn Radian
             Ok((Box::new(tracer), format!("{tracer:?}")))
         }
         MethodArg::Radiosity => {
+            let clock = progress::clock(args.quiet, "radiosity".into());
             let (solution, how) = args.radiosity.solve(scene, args.bounces.and_then(|Bounces(r)| r), args.seed)?;
+            clock.finish_and_clear();
             Ok((Box::new(solution), how))
         }
     }

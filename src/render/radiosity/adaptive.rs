@@ -5,7 +5,6 @@ use glam::{DVec2, DVec3};
 use super::RadiosityError;
 use super::patch::{Curved, Form, Patch};
 use super::patches::{Materials, Patches};
-use super::polygon::Polygon;
 use super::reflectance::Reflectance;
 use crate::math::color::Rgb;
 use crate::scene::Scene;
@@ -15,12 +14,24 @@ const SHARE: f64 = 0.4;
 /// How far beyond an edge its neighbour is looked for, in radii of the patch.
 const BEYOND: f64 = 0.05;
 
+/// What is not known of the irradiance along an axis on which a patch has no neighbour on its face, as a share of itself.
+const UNKNOWN: f64 = 0.5;
+
+/// A way to halve a patch.
+#[derive(Clone, Copy, Debug)]
+struct Halving {
+    /// What it takes from the square of the error.
+    worth: f64,
+    /// The direction in which the halves lie beside each other: from the patch's centre, of a curved one in its unit square.
+    axis: DVec3,
+}
+
 impl Patches {
-    /// The same with those patches halved across their length at which `irradiance` changes most: as many as it takes to come
-    /// nearer to `wanted`, at most [`SHARE`] of all. None if there are as many already.
+    /// The same with those patches halved of which it takes most from the error: as many as it takes to come nearer to
+    /// `wanted`, at most [`SHARE`] of all. None if there are as many already.
     ///
-    /// What a patch is halved for is its area times the largest difference from a neighbour on its face: the error of taking
-    /// what varies for constant.
+    /// The error of taking what varies for constant is A (ρ g L)² / 12, L the length of a patch along an axis and g the slope of
+    /// the irradiance, from that of a neighbour on its face; halves leave a quarter of it.
     pub(super) fn refined(
         &self,
         scene: &Scene,
@@ -34,19 +45,20 @@ impl Patches {
             return Ok(None);
         }
         let reflectances = Reflectance::of_all(scene, materials)?;
-        let mut worth: Vec<(f64, usize)> = (0..all.len()).map(|i| (self.change(i, irradiance), i)).collect();
-        worth.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let best: Vec<Halving> = (0..all.len()).map(|i| self.best_halving(i, irradiance)).collect();
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by(|&a, &b| best[b].worth.total_cmp(&best[a].worth).then(a.cmp(&b)));
         let mut halved = vec![false; all.len()];
-        for (_, i) in worth.iter().take(more) {
-            halved[*i] = true;
+        for &i in order.iter().take(more) {
+            halved[i] = true;
         }
         let mut patches = Vec::with_capacity(all.len() + more);
-        for (patch, halved) in all.iter().zip(halved) {
-            if !halved {
+        for (i, patch) in all.iter().enumerate() {
+            if !halved[i] {
                 patches.push(patch.clone());
                 continue;
             }
-            for (form, area) in halves(patch) {
+            for (form, area) in halves(patch, best[i].axis) {
                 let face = &self.faces()[patch.face];
                 let reflectance = reflectances[scene.shapes()[face.shape].material].over(scene, face, &form);
                 patches.push(Patch { form, area, reflectance, ..*patch });
@@ -55,42 +67,75 @@ impl Patches {
         Self::of(scene, self.faces().to_vec(), patches).map(Some)
     }
 
-    /// The area of a patch times the largest difference of its irradiance from that of a neighbour.
-    fn change(&self, i: usize, irradiance: &[Rgb]) -> f64 {
+    fn best_halving(&self, i: usize, irradiance: &[Rgb]) -> Halving {
         let patch = &self.all()[i];
-        let largest = around(&patch.form)
-            .filter_map(|p| self.on_face(patch.face, p))
-            .map(|j| (irradiance[j] - irradiance[i]).0.abs().max_element());
-        patch.area * largest.fold(0.0, f64::max)
+        let centre = patch.form.centre();
+        let each = ways_out(&patch.form).map(|way| {
+            let neighbour = way.beyond.and_then(|p| self.on_face(patch.face, p)).filter(|&j| j != i);
+            let over_patch = match neighbour {
+                Some(j) => {
+                    let apart = self.all()[j].form.centre().distance(centre);
+                    (irradiance[j] - irradiance[i]) * (2.0 * way.half_length / apart)
+                }
+                None => irradiance[i] * UNKNOWN,
+            };
+            let error = (patch.reflectance * over_patch).0.length_squared() / 12.0;
+            // An axis with a neighbour on one side is known from that one.
+            (neighbour.is_some(), Halving { worth: 0.75 * patch.area * error, axis: way.axis })
+        });
+        let ways: Vec<(bool, Halving)> = each.collect();
+        let parallel =
+            |a: DVec3, b: DVec3| a.cross(b).length_squared() < 1e-6 * a.length_squared() * b.length_squared();
+        let informed = |(known, way): &(bool, Halving)| {
+            *known || !ways.iter().any(|(other_known, other)| *other_known && parallel(other.axis, way.axis))
+        };
+        let useful = ways.iter().filter(|way| informed(way)).map(|(_, halving)| *halving);
+        useful.max_by(|a, b| a.worth.total_cmp(&b.worth)).unwrap_or(Halving { worth: 0.0, axis: DVec3::X })
     }
 }
 
-/// Points a little beyond each edge of a patch.
-fn around(form: &Form) -> impl Iterator<Item = DVec3> + '_ {
-    let (flat, curved) = match form {
-        Form::Flat(polygon) => (Some(polygon), None),
-        Form::Curved(Curved { surface, from, size }) => {
-            let middles = [(0.5, -BEYOND), (0.5, 1.0 + BEYOND), (-BEYOND, 0.5), (1.0 + BEYOND, 0.5)];
-            let beyond = middles.map(|(x, y)| *from + *size * DVec2::new(x, y));
-            let within = beyond.into_iter().filter(|u| u.min_element() >= 0.0 && u.max_element() < 1.0);
-            (None, Some(within.map(|u| surface.at(u).0)))
-        }
-    };
-    let edges = flat.into_iter().flat_map(|polygon| {
-        polygon.edges().map(|(a, b)| {
-            let outwards = (b - a).cross(polygon.normal()).normalize_or_zero();
-            0.5 * (a + b) + outwards * (BEYOND * polygon.radius())
-        })
-    });
-    edges.chain(curved.into_iter().flatten())
+/// A way across an edge of a patch.
+struct WayOut {
+    /// As in [`Halving`].
+    axis: DVec3,
+    /// From the centre to the edge \[m\].
+    half_length: f64,
+    /// A point a little beyond the edge; None where a curved surface ends.
+    beyond: Option<DVec3>,
 }
 
-/// The two halves of a patch across its length, with their areas.
-fn halves(patch: &Patch) -> Vec<(Form, f64)> {
+fn ways_out(form: &Form) -> Box<dyn Iterator<Item = WayOut> + '_> {
+    match form {
+        Form::Flat(polygon) => Box::new(polygon.edges().map(|(a, b)| {
+            let outwards = (b - a).cross(polygon.normal()).normalize_or_zero();
+            let middle = 0.5 * (a + b);
+            WayOut {
+                axis: outwards,
+                half_length: (middle - polygon.centroid()).dot(outwards),
+                beyond: Some(middle + outwards * (BEYOND * polygon.radius())),
+            }
+        })),
+        Form::Curved(Curved { surface, from, size }) => {
+            let centre = surface.at(*from + 0.5 * *size).0;
+            Box::new([DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y].into_iter().map(move |axis| {
+                let at = |reach: f64| *from + *size * (DVec2::splat(0.5) + reach * axis);
+                let beyond = at(0.5 + BEYOND);
+                let inside = beyond.min_element() >= 0.0 && beyond.max_element() < 1.0;
+                WayOut {
+                    axis: axis.extend(0.0),
+                    half_length: surface.at(at(0.5)).0.distance(centre),
+                    beyond: inside.then(|| surface.at(beyond).0),
+                }
+            }))
+        }
+    }
+}
+
+/// The two halves of a patch beside each other along `axis`, with their areas.
+fn halves(patch: &Patch, axis: DVec3) -> Vec<(Form, f64)> {
     match &patch.form {
         Form::Flat(polygon) => {
-            let along = longest(polygon);
-            let parts = [along, -along].map(|side| polygon.above(polygon.centroid(), side));
+            let parts = [axis, -axis].map(|side| polygon.above(polygon.centroid(), side));
             let halves = parts.into_iter().flatten();
             halves
                 .map(|half| {
@@ -100,28 +145,11 @@ fn halves(patch: &Patch) -> Vec<(Form, f64)> {
                 .collect()
         }
         Form::Curved(curved) => {
-            let centre = curved.surface.at(curved.from + 0.5 * curved.size).0;
-            let ends = [DVec2::new(1.0, 0.5), DVec2::new(0.5, 1.0)];
-            let [x, y] = ends.map(|end| curved.surface.at(curved.from + end * curved.size).0.distance(centre));
-            let (size, step) = if x >= y {
-                (curved.size * DVec2::new(0.5, 1.0), DVec2::new(0.5 * curved.size.x, 0.0))
-            } else {
-                (curved.size * DVec2::new(1.0, 0.5), DVec2::new(0.0, 0.5 * curved.size.y))
-            };
-            let half = |from| (Form::Curved(Curved { from, size, ..*curved }), 0.5 * patch.area);
+            let step = 0.5 * curved.size * axis.truncate().abs();
+            let half = |from| (Form::Curved(Curved { from, size: curved.size - step, ..*curved }), 0.5 * patch.area);
             vec![half(curved.from), half(curved.from + step)]
         }
     }
-}
-
-/// The direction of the edge along which the polygon is longest.
-fn longest(polygon: &Polygon) -> DVec3 {
-    let span = |axis: DVec3| {
-        let along = polygon.corners().iter().map(|corner| corner.dot(axis));
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    let axes = polygon.edges().map(|(a, b)| (b - a).normalize_or_zero());
-    axes.max_by(|a, b| span(*a).total_cmp(&span(*b))).unwrap_or(DVec3::X)
 }
 
 #[cfg(test)]
