@@ -18,9 +18,6 @@ pub(super) enum Answer {
     Hierarchical(Box<HierarchicalSolution>),
 }
 
-/// The error of hierarchical where nothing is said.
-const DEFAULT_ERROR: f64 = 0.01;
-
 impl Answer {
     pub(super) fn of(args: &RadiosityArgs, scene: &Scene) -> Result<Self, RadiosityError> {
         let fineness = args.mesh.fineness(DEFAULT_PATCHES);
@@ -44,7 +41,7 @@ impl Answer {
                 let model = Hierarchical {
                     fineness,
                     materials,
-                    error: args.error.unwrap_or(DEFAULT_ERROR),
+                    error: args.error.unwrap_or(Hierarchical::default().error),
                     seed: args.factors.seed,
                     tolerance: args.tol,
                     bounces: args.bounces,
@@ -106,13 +103,12 @@ impl Answer {
         }
     }
 
-    /// Whether it is as good as was asked for.
-    pub(super) fn is_reached(&self) -> bool {
+    /// Whether it is as good as was asked for. So many reflections exactly have no tolerance.
+    pub(super) fn is_reached(&self, bounces: Option<u32>) -> bool {
+        let solved = bounces.is_some() || self.solved().converged;
         match self {
-            Self::Matrix(found) => found.solved.converged,
-            Self::Hierarchical(found) => {
-                found.solved.converged && found.statistics.estimated_error <= found.statistics.error
-            }
+            Self::Matrix(_) => solved,
+            Self::Hierarchical(found) => solved && found.statistics.estimated_error <= found.statistics.error,
         }
     }
 }

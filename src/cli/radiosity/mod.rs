@@ -47,8 +47,7 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
         }
         None => {}
     }
-    let reached = answer.is_reached() || args.bounces.is_some();
-    let status = if reached { Status::Pass } else { Status::Inconclusive };
+    let status = if answer.is_reached(args.bounces) { Status::Pass } else { Status::Inconclusive };
     if !args.quiet && !matches!(json, Some(Sink::Stdout)) {
         write!(out, "{}", report::text(&answer, args))?;
     }

@@ -67,15 +67,18 @@ pub enum RadiosityError {
     Error(f64),
     /// Too many links.
     #[error(
-        "the links of this accuracy take {needed} MiB and more; allowed are {allowed} MiB. A larger error, fewer patches or \
-         more memory would do"
+        "the links of this accuracy take more than the {allowed} MiB that are allowed. A larger error, fewer patches or more \
+         memory would do"
     )]
     Links {
         /// MiB.
-        needed: u64,
-        /// MiB.
         allowed: u64,
     },
+    /// Light without end.
+    #[error(
+        "the links reflect ever more light: they are too rough for reflectances near 1. A smaller error, or another seed, would do"
+    )]
+    Endless,
     /// The matrix does not fit.
     #[error(
         "the view factors of {patches} patches take {needed} MiB; allowed are {allowed} MiB. Fewer patches, more memory, or \

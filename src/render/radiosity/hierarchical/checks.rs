@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::growth::{Growth, Size};
 use super::model::{Hierarchical, HierarchicalSolution, Statistics};
@@ -73,9 +73,13 @@ fn assert_errors_are_kept(scene: &Scene, finest: usize, most_roots: usize, error
         assert!(measured <= error.hypot(own), "{name}: {measured} for {error}, {:?}", found.statistics);
         assert!(measured >= 0.1 * error, "{name}: {measured} for {error} is more than was asked for");
         assert!(found.solved.converged && estimated_error <= error);
+        // Its twin, whose faces reflect a fifth more, is seen.
+        let mut twin = light;
+        for (b, node) in twin.b.iter_mut().zip(&tree.nodes) {
+            *b = node.emission + (*b - node.emission) * 1.2;
+        }
+        assert!(distance(&twin) > error.hypot(own), "{name}: a twin is not seen at {error}");
     }
-    // A solution that is not that of the scene has no small distance: what is emitted alone.
-    assert!(distance(&Light::emitted(&tree)) > 0.9);
 }
 
 #[test]
@@ -91,7 +95,7 @@ fn the_error_asked_for_is_kept_against_the_matrix_on_the_same_elements() {
 fn the_error_asked_for_is_kept_with_clusters() {
     assert_errors_are_kept(&scene("cornell-original", &[]), 1200, 1, &[0.1, 0.03, 0.01]);
     assert_errors_are_kept(&scene("cornell-bitterli", &[]), 1200, 1, &[0.1, 0.03, 0.01]);
-    assert_errors_are_kept(&hills(12), 1200, 100, &[0.1, 0.03, 0.01]);
+    assert_errors_are_kept(&hills(9), 800, 100, &[0.1, 0.03, 0.01]);
 }
 
 /// The cube with one side that emits, and in it a sheet of 2 m² triangles.
@@ -118,6 +122,82 @@ fn hills(m: u32) -> Scene {
 }
 
 #[test]
+fn a_lamp_behind_a_slit_is_not_missed() {
+    // A sphere that shines through a hole of .2 by .2, of which most links see nothing at first.
+    let mut description = builtin("cube-one-emitter", &[]).unwrap().unwrap();
+    let plate = |x: [f64; 2], y: [f64; 2], z: f64| Geometry::Rectangle {
+        to_world: DAffine3::from_scale_rotation_translation(
+            0.5 * DVec3::new(x[1] - x[0], y[1] - y[0], 2.0),
+            glam::DQuat::IDENTITY,
+            DVec3::new(f64::midpoint(x[0], x[1]), f64::midpoint(y[0], y[1]), z),
+        ),
+    };
+    let (floor, lamp) = (description.shapes[1].clone(), description.shapes[0].clone());
+    let black = description.materials.len();
+    description.materials.push(Material::diffuse("black", Rgb::BLACK.into()).two_sided());
+    let screen = [
+        ([-3.0, 3.0], [0.1, 3.0]),
+        ([-3.0, 3.0], [-3.0, -0.1]),
+        ([0.1, 3.0], [-0.1, 0.1]),
+        ([-3.0, -0.1], [-0.1, 0.1]),
+    ];
+    let mut shapes = vec![
+        Shape {
+            name: "floor".into(),
+            geometry: plate([-1.0, 1.0], [-1.0, 1.0], 0.0),
+            flip_normals: false,
+            ..floor.clone()
+        },
+        Shape {
+            name: "lamp".into(),
+            geometry: Geometry::Sphere { centre: DVec3::new(0.0, 0.0, 2.0), radius: 0.5 },
+            flip_normals: false,
+            ..lamp
+        },
+    ];
+    shapes.extend(screen.map(|(x, y)| Shape {
+        name: "screen".into(),
+        geometry: plate(x, y, 1.0),
+        material: black,
+        flip_normals: false,
+        ..floor.clone()
+    }));
+    description.shapes = shapes;
+    let scene = Scene::new(description).unwrap();
+    let light = |error: f64, seed: u64| {
+        let found = Hierarchical { seed, ..model(800, error) }.solve(&scene).unwrap();
+        assert!(found.statistics.estimated_error <= error, "{:?}", found.statistics);
+        found.surfaces().into_iter().find(|surface| surface.name == "floor").unwrap().irradiance.0.x
+    };
+    // By a rule of midpoints over hole and lamp: each point of the floor sees of the sphere what is in the hole's projection.
+    let exact = through_the_hole();
+    for seed in [1, 2, 3] {
+        let found = light(0.03, seed);
+        assert!((found / exact - 1.0).abs() < 0.06, "{found} against {exact}, seed {seed}");
+    }
+}
+
+/// Mean irradiance of [−1, 1]² at z = 0 from a sphere of radiosity 1 about (0, 0, 2), radius ½, through [−.1, .1]² at z = 1: by the
+/// rule of midpoints over floor and hole, where each ray either meets the sphere or does not.
+fn through_the_hole() -> f64 {
+    let n = 60;
+    let at = |k: usize, half: f64| half * ((2 * k + 1) as f64 / n as f64 - 1.0);
+    let mut sum = 0.0;
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let p = DVec3::new(at(i, 1.0), at(j, 1.0), 0.0);
+        for (k, l) in (0..n).flat_map(|k| (0..n).map(move |l| (k, l))) {
+            let way = DVec3::new(at(k, 0.1), at(l, 0.1), 1.0) - p;
+            let (d, to) = (way.normalize(), DVec3::new(0.0, 0.0, 2.0) - p);
+            if to.length_squared() - to.dot(d).powi(2) < 0.25 {
+                // cos² / (π r²) of the area of the hole.
+                sum += d.z * d.z / (std::f64::consts::PI * way.length_squared()) * 0.04;
+            }
+        }
+    }
+    sum / (n as f64).powi(4)
+}
+
+#[test]
 fn links_grow_with_the_number_of_polygons() {
     let points: Vec<Size> = [8, 16, 24]
         .iter()
@@ -127,7 +207,7 @@ fn links_grow_with_the_number_of_polygons() {
             Size { finest: found.finest, leaves: found.leaves, links: found.links }
         })
         .collect();
-    // The error, and the size of the elements to that of the polygons, are held fixed.
+    // The error, and the size of the elements to that of the polygons, are held fixed. n log n has 1.13 here.
     let growth = Growth { error: 0.03, points };
     assert!(growth.exponent().unwrap()[0] < 1.2, "{growth:?}");
 }
@@ -144,7 +224,10 @@ fn the_cube_has_the_means_of_the_continuous_solution() {
     let energy = found.energy;
     let gap = energy.imbalance().0.abs().max_element();
     assert!(gap < 0.004, "{energy:?}");
-    assert!(energy.unsolved.0.abs().max_element() < 1e-5, "{energy:?}");
+    assert!(energy.unsolved.0.abs().max_element() < 1e-9, "{energy:?}");
+    // With few reflections it is what the next one would add.
+    let one = Hierarchical { bounces: Some(1), ..model(600, 0.01) }.solve(&scene("cube-one-emitter", &[])).unwrap();
+    assert!(one.energy.unsolved.0.x > 0.1, "{:?}", one.energy);
 }
 
 #[test]

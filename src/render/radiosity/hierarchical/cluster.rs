@@ -15,8 +15,8 @@ use crate::render::radiosity::factors::End;
 /// Faces of a cluster that has no clusters in it, at most.
 const FACES: usize = 4;
 
-/// Normals differ much if a coordinate of theirs does by more than this: as two do at a right angle to each other.
-const TURNED: f64 = std::f64::consts::SQRT_2;
+/// Normals differ much if the square of their range is larger: that of two at a right angle to each other.
+const TURNED: f64 = 2.0;
 
 /// What a cluster consists of, by position: of clusters, or of faces in their new order.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ pub(super) fn group(things: &[End]) -> (Vec<Parts>, Vec<usize>) {
             high - low
         };
         let (size, turn) = (extent(|thing| thing.0), extent(|thing| thing.1));
-        let of_normals = turn.max_element() >= TURNED;
+        let of_normals = turn.length_squared() >= TURNED;
         let axis = if of_normals { turn.max_position() } else { size.max_position() };
         let key = |i: usize| if of_normals { things[i].1[axis] } else { things[i].0[axis] };
         let half = members.len() / 2;

@@ -169,15 +169,16 @@ impl<'a> Linker<'a> {
     fn curved(&self, receiver: usize, source: usize, rays: u32) -> Option<Link> {
         let s = &self.tree.nodes[source];
         let (mut to_quarters, mut from_quarters) = ([(0.0, 0.0); 4], [(0.0, 0.0); 4]);
-        let (mut faced, mut squares) = (false, 0.0);
+        let (mut bare, mut hidden, mut squares) = (0.0, 0_u32, 0.0);
         let free = self.leave_free(receiver, source);
         for (u, v) in self.pairs(receiver, source, CURVED * rays) {
             let (to, from) = (self.tree.at(receiver, u), self.tree.at(source, v));
             let mut weight = kernel(to, from);
             if weight > 0.0 {
-                faced = true;
+                bare += weight;
                 if !free && !self.scene.sees(to, from) {
                     weight = 0.0;
+                    hidden += 1;
                 }
             }
             squares += weight * weight;
@@ -186,22 +187,25 @@ impl<'a> Linker<'a> {
                 *count += 1.0;
             }
         }
-        if !faced {
+        if bare == 0.0 {
             return None;
         }
         let unit = FRAC_1_PI * s.area;
         let n = f64::from(CURVED * rays);
         let mean = to_quarters.iter().map(|(sum, _)| sum).sum::<f64>() / n;
         let spread = (squares / n - mean * mean).max(0.0).sqrt();
+        // Where all rays agree they may have missed what hides, or frees, a little.
+        let missed = if free || mean > 0.0 && hidden > 0 { 0.0 } else { MISSED / f64::from(rays) * bare / n };
+        let doubt = (PARTLY * 2.0 * spread * n.powf(-0.75)).hypot(missed);
         let of = |quarters: [(f64, f64); 4]| {
             let [a, b, c, d] = quarters.map(|(sum, count)| unit * sum / f64::max(count, 1.0));
             [a, b, c, d, 0.25 * (a + b + c + d)]
         };
         Some(Link {
             source: source as u32,
-            doubt: (unit * (PARTLY * 2.0 * spread * n.powf(-0.75))) as f32,
+            doubt: (unit * doubt) as f32,
             rays,
-            factor: unit * mean,
+            factor: (unit * mean).min(1.0),
             over_receiver: differences(of(to_quarters)),
             over_source: root_mean_square(differences(of(from_quarters))) as f32,
         })
@@ -235,7 +239,8 @@ impl<'a> Linker<'a> {
             source: source as u32,
             doubt: (ROUGH * spread) as f32,
             rays,
-            factor: unit * mean,
+            // Of no point can more than everything be seen.
+            factor: (unit * mean).min(1.0),
             over_receiver: [0.0; PROBES.len()],
             over_source: spread as f32,
         }

@@ -38,7 +38,7 @@ pub struct Hierarchical {
     pub max_iterations: u64,
     /// Exactly so many reflections along the links of the full solution, and neither of the two.
     pub bounces: Option<u32>,
-    /// The most that links may take \[bytes\].
+    /// The most that links may take \[bytes\]. The trees take about 1600 for each of the finest elements besides.
     pub memory: u64,
 }
 
@@ -133,10 +133,14 @@ const LEAST: usize = 4;
 const MOST: usize = 60;
 /// With more faces than these there are clusters.
 const MOST_ROOTS: usize = 256;
-/// How well the equations are solved between rounds.
+/// How well the equations are solved between rounds, if so many iterations will do.
 const MEANWHILE: f64 = 1e-4;
-/// Where ρ Σ F comes nearer to 1 than this nothing is certified, and the last changes need not be smaller for it.
-const CONTRACTS: f64 = 1e-3;
+const MOST_MEANWHILE: u64 = 100;
+/// What is reflected is taken for no less than this share of what is emitted, were that spread evenly: the first links may have
+/// missed all of it.
+const LEAST_REFLECTED: f64 = 1e-3;
+/// Where light grows more than this by reflections the last changes need not be smaller for it.
+const MOST_CERTIFIED: f64 = 1e3;
 
 impl Hierarchical {
     /// Solves the scene.
@@ -168,18 +172,20 @@ impl Hierarchical {
         let (first, mut cast) = first_links(tree, &linker);
         let mut network = Network::new(tree, &first);
         let mut light = Light::emitted(tree);
+        let least = LEAST_REFLECTED * light.spread_evenly(tree);
         let mut epsilon = FIRST * self.error;
         let (mut solving, mut rounds) = (0.0, 0);
         let estimate = loop {
             let begun = Instant::now();
-            network.settle(tree, &mut light, MEANWHILE, self.max_iterations);
+            network.settle(tree, &mut light, MEANWHILE, MOST_MEANWHILE);
             let estimate = Estimate::of(tree, &network, &light);
             solving += begun.elapsed().as_secs_f64();
             if rounds >= MOST || (rounds >= LEAST && (estimate.total() <= self.error || estimate.is_final(self.error)))
             {
                 break estimate;
             }
-            let oracle = Oracle { tree, linker: &linker, light: &light, threshold: epsilon * light.norm(tree) };
+            let oracle =
+                Oracle { tree, linker: &linker, light: &light, threshold: epsilon * light.norm(tree).max(least) };
             let (links, more) = oracle.refine(&network)?;
             cast += more.rays;
             if more.refined {
@@ -189,16 +195,20 @@ impl Hierarchical {
             epsilon *= STRICTER;
         };
         let begun = Instant::now();
-        let contraction = network.contraction(tree);
+        let amplification = network.amplification(tree);
+        if amplification == f64::INFINITY {
+            return Err(RadiosityError::Endless);
+        }
         let history = if let Some(bounces) = self.bounces {
             light = Light::emitted(tree);
             (0..bounces).map(|_| network.reflect(tree, &mut light)).collect()
         } else {
-            let change = self.tolerance * (1.0 - contraction).max(CONTRACTS);
+            // Where nothing is certified, as it would be for ρ = .999.
+            let change = self.tolerance / amplification.min(MOST_CERTIFIED);
             network.settle(tree, &mut light, change, self.max_iterations)
         };
-        let residual = network.residual(tree, &light);
-        let certified_bound = if contraction < 1.0 { residual / (1.0 - contraction) } else { f64::INFINITY };
+        let (received, residual) = network.received(tree, &light);
+        let certified_bound = residual * amplification;
         let converged = certified_bound <= self.tolerance * light.largest();
         solving += begun.elapsed().as_secs_f64();
         let leaves = tree.ends(|i| network.open[i]);
@@ -233,8 +243,8 @@ impl Hierarchical {
         let solution = HierarchicalSolution {
             patches: tree.patches(scene, &leaves)?,
             solved,
-            irradiance: of_leaves(&light.h),
-            energy: energy(tree, &leaves, &light, &sums),
+            irradiance: of_leaves(&received),
+            energy: energy(tree, &leaves, [&light.b, &received], &sums),
             statistics,
             seconds: [cut, start.elapsed().as_secs_f64() - solving, solving],
         };
@@ -254,7 +264,8 @@ fn first_links(tree: &Tree, linker: &Linker<'_>) -> (Vec<Found>, u64) {
     (links, cast.into_iter().sum())
 }
 
-fn energy(tree: &Tree, leaves: &[usize], light: &Light, sums: &[f64]) -> Energy {
+/// From B, H and the row sums.
+fn energy(tree: &Tree, leaves: &[usize], [b, h]: [&[Rgb]; 2], sums: &[f64]) -> Energy {
     let mut energy = Energy {
         emitted: Rgb::BLACK,
         absorbed: Rgb::BLACK,
@@ -264,7 +275,7 @@ fn energy(tree: &Tree, leaves: &[usize], light: &Light, sums: &[f64]) -> Energy 
     };
     for &i in leaves {
         let node = &tree.nodes[i];
-        let (b, h, area) = (light.b[i], light.h[i], node.area);
+        let (b, h, area) = (b[i], h[i], node.area);
         energy.emitted += node.emission * area;
         energy.absorbed += (Rgb::WHITE - node.reflectance) * h * area;
         energy.escaped += b * ((1.0 - sums[i]) * area);

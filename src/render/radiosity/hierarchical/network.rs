@@ -24,6 +24,8 @@ pub(super) struct Network {
 /// The light of the elements.
 #[derive(Clone, Debug)]
 pub(super) struct Light {
+    /// E [W/m²].
+    e: Vec<Rgb>,
     /// B of every element [W/m²].
     pub(super) b: Vec<Rgb>,
     /// H [W/m²].
@@ -35,14 +37,24 @@ pub(super) struct Light {
 impl Light {
     /// What is emitted.
     pub(super) fn emitted(tree: &Tree) -> Self {
-        let n = tree.nodes.len();
-        let b = tree.nodes.iter().map(|node| node.emission).collect();
-        Self { b, h: vec![Rgb::BLACK; n], spread: vec![0.0; n] }
+        Self::of(tree.nodes.iter().map(|node| node.emission).collect())
+    }
+
+    fn of(e: Vec<Rgb>) -> Self {
+        let n = e.len();
+        Self { b: e.clone(), e, h: vec![Rgb::BLACK; n], spread: vec![0.0; n] }
     }
 
     /// The largest B, in any channel.
     pub(super) fn largest(&self) -> f64 {
         self.b.iter().map(|b| b.max_channel()).fold(0.0, f64::max)
+    }
+
+    /// √ΣA times the radiosity that what is emitted would have if it were spread over all faces.
+    pub(super) fn spread_evenly(&self, tree: &Tree) -> f64 {
+        let faces = || tree.whole.clone().map(|i| (tree.nodes[i].area, self.e[i]));
+        let area: f64 = faces().map(|(area, _)| area).sum();
+        faces().map(|(area, e)| area * e.0.length()).sum::<f64>() / area.sqrt()
     }
 
     /// Root of Σ A (B − E)² over the faces, all channels together: what is reflected. (What is emitted is known.)
@@ -56,6 +68,10 @@ impl Light {
 
 /// Receivers that one thread takes at a time.
 const RECEIVERS: usize = 64;
+/// Times its beginning that light is thought to have no end.
+const ENDLESS: f64 = 1e4;
+/// Light of E = 1 that changes by no more is known well enough.
+const NEARLY: f64 = 0.01;
 
 impl Network {
     /// Of links with their receivers, in any order.
@@ -101,8 +117,9 @@ impl Network {
 
     /// Of each element Σ F over its links and those of what it is part of.
     pub(super) fn row_sums(&self, tree: &Tree) -> Vec<f64> {
-        let mut sums: Vec<f64> =
-            (0..tree.nodes.len()).map(|i| self.of(i).iter().map(|link| link.factor).sum()).collect();
+        let mut sums: Vec<f64> = (0..tree.nodes.len())
+            .map(|i| self.of(i).iter().map(|link| link.factor).fold(0.0, |sum, f| sum + f))
+            .collect();
         for i in tree.roots..sums.len() {
             sums[i] += sums[tree.nodes[i].parent as usize];
         }
@@ -131,21 +148,24 @@ impl Network {
 
     fn pull(&self, tree: &Tree, light: &mut Light) -> f64 {
         let mut change = 0.0_f64;
-        let Light { b, h, spread } = light;
+        let Light { e, b, h, spread } = light;
         for i in (0..tree.nodes.len()).rev() {
             let node = &tree.nodes[i];
             if self.open[i] && node.divisible() {
-                let (mut sum, mut squares) = (Rgb::BLACK, 0.0);
+                let (mut sum, mut squares, mut whole) = (Rgb::BLACK, 0.0, 0.0);
                 for part in node.parts() {
                     let area = tree.nodes[part].area;
+                    whole += area;
                     sum += b[part] * area;
                     squares += area * (b[part].0.length_squared() + spread[part].powi(2));
                 }
-                b[i] = sum / node.area;
-                spread[i] = (squares / node.area - b[i].0.length_squared()).max(0.0).sqrt();
+                b[i] = sum / whole;
+                spread[i] = (squares / whole - b[i].0.length_squared()).max(0.0).sqrt();
             } else {
-                let new = node.emission + node.reflectance * h[i];
-                change = change.max((new - b[i]).map(f64::abs).max_channel());
+                let new = e[i] + node.reflectance * h[i];
+                let gap = (new - b[i]).map(f64::abs).max_channel();
+                // A gap that is NaN stays one.
+                change = if gap <= change { change } else { gap };
                 (b[i], spread[i]) = (new, 0.0);
             }
         }
@@ -158,23 +178,35 @@ impl Network {
         for _ in 0..most {
             let change = self.reflect(tree, light);
             history.push(change);
-            if change <= tolerance * light.largest() {
+            if change <= tolerance * light.largest() || !change.is_finite() {
                 break;
             }
         }
         history
     }
 
-    /// ‖E + ρ H(B) − B‖_∞ over the ends: how far the light is from that of one more reflection.
-    pub(super) fn residual(&self, tree: &Tree, light: &Light) -> f64 {
-        self.reflect(tree, &mut light.clone())
+    /// H = F B of every element, and ‖E + ρ H − B‖_∞ over the ends: how far B is from that of one more reflection.
+    pub(super) fn received(&self, tree: &Tree, light: &Light) -> (Vec<Rgb>, f64) {
+        let mut next = light.clone();
+        let residual = self.reflect(tree, &mut next);
+        (next.h, residual)
     }
 
-    /// The largest ρ Σ F of an element, in any channel: one more reflection makes any error smaller by it.
-    pub(super) fn contraction(&self, tree: &Tree) -> f64 {
-        let sums = self.row_sums(tree);
-        let each = tree.nodes.iter().zip(sums).map(|(node, sum)| node.reflectance.max_channel() * sum);
-        each.fold(0.0, f64::max)
+    /// A bound of ‖(I − ρF)⁻¹‖_∞ = max w, where w is the light of E = 1: no residual is more times the error. Infinite if the
+    /// light has no end.
+    ///
+    /// F ≥ 0, so (I − ρF) v ≥ c > 0 for a v ≥ 0 makes w ≤ v / c. After k reflections v is at most `change` short of the next one,
+    /// and c = 1 − `change`. That needs no row sums below 1, which links do not have where they are rough.
+    pub(super) fn amplification(&self, tree: &Tree) -> f64 {
+        let mut light = Light::of(vec![Rgb::WHITE; tree.nodes.len()]);
+        while light.largest() < ENDLESS {
+            let before = light.largest();
+            let change = self.reflect(tree, &mut light);
+            if change <= NEARLY {
+                return before / (1.0 - change);
+            }
+        }
+        f64::INFINITY
     }
 
     /// How many links have a cluster at an end.
@@ -252,6 +284,23 @@ mod tests {
         let end = tree.ends(|_| true).into_iter().filter(|&i| tree.nodes[i].face == tree.nodes[0].face);
         let squares: f64 = end.map(|i| tree.nodes[i].area * (light.b[i] - light.b[0]).0.length_squared()).sum();
         assert!((light.spread[0].powi(2) - squares / tree.nodes[0].area).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_a_residual_can_become_is_bounded() {
+        let tree = uneven();
+        // Every face receives from its neighbour a share of 1.6, so that row sums are no bound, and on every other face it meets ρ.
+        let faces = tree.whole.len() as u32;
+        let link = |receiver: u32| (receiver, Link { source: (receiver + 1) % faces, factor: 1.6, ..Link::NONE });
+        let network = Network::new(&tree, &[(0..faces).map(link).collect()]);
+        let rho = tree.nodes[0].reflectance.max_channel();
+        assert!(tree.nodes.iter().all(|node| node.reflectance == Rgb::grey(rho)));
+        // The same everywhere: w = 1 + 1.6 ρ w.
+        let exact = 1.0 / (1.0 - 1.6 * rho);
+        let found = network.amplification(&tree);
+        assert!(found >= exact * (1.0 - 1e-12) && found < 1.1 * exact, "{found} against {exact}");
+        let endless = (0..faces).map(|i| (i, Link { factor: 2.0 / rho, ..link(i).1 })).collect();
+        assert_eq!(Network::new(&tree, &[endless]).amplification(&tree), f64::INFINITY);
     }
 
     #[test]

@@ -200,8 +200,9 @@ impl Tree {
         let (area, radius) = match &form {
             Form::Flat(polygon) => (polygon.area(), polygon.radius()),
             Form::Curved(Curved { surface, size, .. }) => {
-                let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|u| form.at(u).0.distance(centre));
-                (surface.quadric.area() * size.x * size.y, corners.into_iter().fold(0.0, f64::max))
+                let across = |k: u32| 0.25 * f64::from(k);
+                let grid = (0..25).map(|k| form.at(DVec2::new(across(k % 5), across(k / 5))).0.distance(centre));
+                (surface.quadric.area() * size.x * size.y, grid.fold(0.0, f64::max))
             }
         };
         let emission = self.faces[face].emission;
