@@ -130,6 +130,14 @@ fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Box<dyn Radian
             let (solution, how) = args.radiosity.solve(scene, args.bounces.and_then(|Bounces(r)| r), args.seed)?;
             Ok((Box::new(solution), how))
         }
+        MethodArg::Photon => {
+            let (light, how) = args.photons.gathered(scene, args.gather, limit(args, scene), args.seed)?;
+            Ok((Box::new(light), how))
+        }
+        MethodArg::PhotonDirectView => {
+            let (light, how) = args.photons.viewed(scene, limit(args, scene), args.seed)?;
+            Ok((Box::new(light), how))
+        }
     }
 }
 
@@ -141,8 +149,13 @@ fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {
              allowed are mis, direct, random-connect"
         );
     }
-    let bounces = args.bounces.map_or_else(|| scene.render_settings().bounces.flatten(), |Bounces(r)| r);
+    let bounces = limit(args, scene);
     Ok(PathTracer { strategy, bounces, first_split: args.first_split, roulette: args.rr, ..PathTracer::default() })
+}
+
+/// The largest number of reflections; None for no limit.
+fn limit(args: &RenderArgs, scene: &Scene) -> Option<u32> {
+    args.bounces.map_or_else(|| scene.render_settings().bounces.flatten(), |Bounces(r)| r)
 }
 
 fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
