@@ -56,11 +56,11 @@ fn files_are_written_and_do_not_depend_on_threads() {
 }
 
 #[test]
-fn a_map_is_rendered_by_two_methods_and_goes_on() {
+fn a_map_is_rendered_by_three_methods_and_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let args = ["render", "cornell-original", "--size", "16x16", "--photons", "3000", "--quiet", "--method"];
-    for method in ["photon", "photon-direct-view"] {
+    for method in ["photon", "photon-direct-view", "sppm"] {
         let (whole, kept, rest) = (path("whole.pfm"), path("kept.wfc"), path("rest.pfm"));
         stdout(&[&args[..], &[method, "--spp", "8", "-o", &whole]].concat(), 0);
         stdout(&[&args[..], &[method, "--spp", "4", "-o", &rest, "--checkpoint", &kept]].concat(), 0);
@@ -85,5 +85,6 @@ fn bad_input_is_one_clear_line() {
     refused(&["photons", "cornell-original", "--map", "caustic"], &["none of 100000 photons", "caustic"]);
     refused(&["photons", "furnace-box", "--param", "e=0"], &["no light"]);
     refused(&["photons", "cornell-original", "--estimator", "gauss"], &["epanechnikov"]);
+    refused(&["render", "cornell-original", "--method", "sppm", "--alpha", "1", "-o", "/tmp/never.png"], &["--alpha"]);
     refused(&["render", "furnace-box", "--param", "e=0", "--method", "photon", "-o", "/tmp/never.png"], &["no light"]);
 }

@@ -11,6 +11,7 @@ use crate::cli::scene_source::SceneArgs;
 use crate::render::photon::gather::FinalGather;
 use crate::render::photon::kernel::Estimator;
 use crate::render::photon::map::{Around, Gather, PhotonMap};
+use crate::render::photon::progressive::{ALPHA, First, Sppm};
 use crate::render::photon::shoot::{Shooting, Shot};
 use crate::render::photon::view::DirectView;
 use crate::render::photon::{Kept, PhotonError};
@@ -37,7 +38,7 @@ const REACH: f64 = 0.1;
 /// A photon map: how many photons, and how their density is estimated.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(in crate::cli) struct MapArgs {
-    /// Photons to be emitted, for a photon map
+    /// Photons to be emitted, for a photon map; with --method sppm for each sample of a pixel
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 36), default_value_t = 100_000)]
     pub(super) photons: u64,
     /// Take the K nearest photons (but none farther than a tenth of the scene's radius). Default: 50
@@ -57,6 +58,14 @@ pub(in crate::cli) struct FinalGatherArgs {
     /// Rays of final gather from each surface that is seen, for --method photon
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..=1_000_000), default_value_t = 4)]
     gather_rays: u32,
+    /// How fast the radius of --method sppm falls: its square with the passes to the power of A - 1, A in (0, 1)
+    #[arg(long, value_name = "A", value_parser = exponent, default_value_t = ALPHA)]
+    alpha: f64,
+}
+
+fn exponent(text: &str) -> Result<f64, String> {
+    let inside = text.parse().ok().filter(|alpha: &f64| *alpha > 0.0 && *alpha < 1.0);
+    inside.ok_or_else(|| "allowed is a number above 0 and below 1".into())
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -139,6 +148,24 @@ impl MapArgs {
         let rays = rays.gather_rays;
         let light = FinalGather::new(scene, shot, gather, rays, bounces).context("--method photon")?;
         Ok((light, format!("{} photons, {gather:?}, {rays} gather rays, {bounces:?} bounces", self.photons)))
+    }
+
+    /// A new map for every sample, and what that is, in words.
+    pub(in crate::cli) fn progressive(
+        &self,
+        scene: &Scene,
+        how: FinalGatherArgs,
+        bounces: Option<u32>,
+        seed: u64,
+    ) -> anyhow::Result<(Sppm, String)> {
+        let first = match (self.radius, self.k) {
+            (Some(radius), _) => First::Radius(radius),
+            (None, k) => First::Holds(k.unwrap_or(50) as usize),
+        };
+        let shooting = Shooting { photons: self.photons, seed, ..Shooting::default() };
+        let plan = Sppm::new(scene, shooting, (first, self.estimator.into()), how.alpha, bounces);
+        let plan = plan.context("--method sppm")?;
+        Ok((plan, format!("{plan:?}")))
     }
 
     /// The map itself, and what it is, in words.

@@ -26,6 +26,7 @@ pub(in crate::cli) const HELP: &str = "SCENE is a file (Mitsuba XML, OBJ, PLY, g
     whitefurnace render scene.xml -o a.exr --rel-error 0.01 --checkpoint a.wfc\n  \
     whitefurnace render cornell-original -o patches.png --method radiosity --display gather-direct\n  \
     whitefurnace render cornell-original -o photons.png --method photon --photons 200000 --k 100\n  \
+    whitefurnace render scene.xml -o caustics.exr --method sppm --photons 100000 --spp 256\n  \
     whitefurnace render scene.xml -o a.exr --spp 4096 --resume a.wfc --checkpoint a.wfc";
 
 #[derive(Debug, clap::Args)]
@@ -108,6 +109,8 @@ pub(super) enum MethodArg {
     Photon,
     /// The density of photons at the first surface that is no mirror
     PhotonDirectView,
+    /// Stochastic progressive photon mapping: a map for each sample, with radii that shrink
+    Sppm,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

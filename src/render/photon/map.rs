@@ -62,6 +62,10 @@ pub struct Reading {
     pub value: Rgb,
     /// The variance of its mean channel that a field without slope would have.
     pub variance: f64,
+    /// By how much its mean channel is too large for the curvature of the field, as the photons themselves tell: 6 m (C − P), with the
+    /// estimates C of the constant and P of Epanechnikov's kernel, and m of [`Estimator::mean_u`]. For a smooth field and
+    /// away from edges; as noisy as the estimate.
+    pub bias: f64,
     /// The radius within which photons counted.
     pub radius: f64,
     /// How many did.
@@ -253,12 +257,14 @@ impl PhotonMap {
             return Reading { radius, ..Reading::default() };
         }
         let open = !self.gather.walls || visible::is_open(scene, surface.p, n, radius);
-        let (mut sum, mut squares, mut photons) = (Rgb::BLACK, 0.0, 0);
+        let (mut sum, mut squares, mut bent, mut photons) = (Rgb::BLACK, 0.0, 0.0, 0);
         for &(distance2, i) in found {
             let photon = &shape.photons[i as usize];
             if open || visible::sees(scene, (surface.p, n), (photon.p, photon.n)) {
-                let part = value(photon) * self.gather.estimator.weight(distance2 / radius2);
+                let (light, u) = (value(photon), distance2 / radius2);
+                let part = light * self.gather.estimator.weight(u);
                 sum += part;
+                bent += light.mean() * (1.0 - Estimator::Epanechnikov.weight(u));
                 squares += part.mean() * part.mean();
                 photons += 1;
             }
@@ -271,7 +277,8 @@ impl PhotonMap {
             }
         }
         let variance = squares / (area * area) * self.spread(found.len());
-        Reading { value: sum / area, variance, radius, photons }
+        let bias = 6.0 * self.gather.estimator.mean_u() * bent / area;
+        Reading { value: sum / area, variance, bias, radius, photons }
     }
 
     /// What the random radius adds to the variance of a Poisson number: with the k nearest c / (k − 2) for c / count.
