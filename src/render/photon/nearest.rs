@@ -66,7 +66,8 @@ impl Nearest {
 }
 
 fn compare(a: &Found, b: &Found) -> std::cmp::Ordering {
-    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+    // Squares are not negative, and the bits of such numbers have their order.
+    a.0.to_bits().cmp(&b.0.to_bits())
 }
 
 /// The nearest points by looking at all of them: slow, and an oracle.

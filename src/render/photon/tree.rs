@@ -13,7 +13,7 @@ use rayon::join;
 use super::nearest::{Found, Nearest};
 
 /// Points of a leaf, at most.
-const LEAF: usize = 12;
+const LEAF: usize = 24;
 /// Points below which a tree is built by one thread.
 const ALONE: usize = 1 << 13;
 
@@ -172,7 +172,7 @@ mod tests {
     }
 
     fn clouds() -> Vec<Vec<DVec3>> {
-        let mut all: Vec<_> = [0, 1, 2, 11, 12, 13, 24, 25, 1000].map(|n| cloud(n, |p| p)).into();
+        let mut all: Vec<_> = [0, 1, 2, 23, 24, 25, 48, 49, 1000].map(|n| cloud(n, |p| p)).into();
         all.push(cloud(100_000, |p| DVec3::new(p.x, 0.0, p.z)));
         all.push(vec![DVec3::new(0.1, 0.2, 0.3); 1000]);
         all.push(cloud(3000, |p| if p.x < 0.5 { DVec3::splat(0.5) } else { p }));
