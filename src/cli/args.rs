@@ -10,6 +10,7 @@ use super::converge::ConvergeArgs;
 use super::furnace::FurnaceArgs;
 use super::merge::{self, MergeArgs};
 use super::notebooks_data::{self, NotebooksDataArgs};
+use super::photons::{self, PhotonsArgs};
 use super::plot::PlotArgs;
 use super::radiosity::{self, RadiosityArgs, ViewFactorsArgs};
 use super::render::{self, RenderArgs};
@@ -95,7 +96,7 @@ pub(super) enum Command {
     /// Lists every built-in scene with its parameters, and what is known about it in closed form
     #[command(after_help = "Examples:\n  whitefurnace scenes\n  whitefurnace scenes --json | jq -r '.scenes[].name'")]
     Scenes(ScenesArgs),
-    /// Renders a scene by path tracing
+    /// Renders a scene by path tracing, radiosity or photon maps
     #[command(after_help = render::HELP)]
     Render(RenderArgs),
     /// Solves the radiosity equations of a diffuse scene
@@ -104,6 +105,9 @@ pub(super) enum Command {
     /// Finds the view factors between the patches of a scene
     #[command(after_help = radiosity::VIEW_FACTORS_HELP)]
     ViewFactors(ViewFactorsArgs),
+    /// Sends photons out, and says where their light goes
+    #[command(after_help = photons::HELP)]
+    Photons(PhotonsArgs),
     /// Compares two pictures: error metrics, and whether noise explains the difference
     #[command(after_help = compare::HELP)]
     Compare(CompareArgs),

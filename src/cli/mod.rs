@@ -15,6 +15,7 @@ mod job;
 mod list;
 mod merge;
 mod notebooks_data;
+mod photons;
 mod plot;
 mod progress;
 mod radiosity;
@@ -85,6 +86,7 @@ fn dispatch(command: Command) -> anyhow::Result<Status> {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Radiosity(args) => radiosity::run(&args, &mut out),
         Command::ViewFactors(args) => radiosity::run_view_factors(&args, &mut out),
+        Command::Photons(args) => photons::run(&args, &mut out),
         Command::Compare(args) => compare::run(&compare::job(args)?, &mut out, terminal),
         Command::Merge(args) => merge::run(merge::job(args)?, &mut out),
         Command::Plot(args) => plot::run(&args, &mut out),

@@ -4,6 +4,7 @@ pub mod checkpoint;
 pub mod film;
 pub mod furnace;
 pub mod path;
+pub mod photon;
 pub mod probe;
 pub mod progressive;
 pub mod provenance;

@@ -140,7 +140,7 @@ pub fn render(
 }
 
 /// The fewest samples of any pixel, lost ones included.
-fn least_samples(film: &Film) -> u64 {
+pub fn least_samples(film: &Film) -> u64 {
     film.pixels().iter().map(Pixel::drawn).min().unwrap_or(0)
 }
 

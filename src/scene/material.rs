@@ -236,6 +236,12 @@ impl LocalBsdf<'_> {
         dispatch!(self, model => model.lobes())
     }
 
+    /// Index of refraction of the interior over that of the exterior.
+    #[inline]
+    pub fn eta(&self) -> f64 {
+        dispatch!(self, model => model.eta())
+    }
+
     /// `w`, mirrored where `wo` looks at the back of a surface whose back is like its front.
     #[inline]
     fn seen(&self, wo: DVec3, w: DVec3) -> DVec3 {

@@ -320,6 +320,33 @@ impl Scene {
         }
     }
 
+    /// Draws a ray of light that starts at an emitter, chosen in proportion to its power, and the power that it carries
+    /// \[W\]: the mean of that is the power of all emitters. Light from infinitely far starts on the disk that just hides the
+    /// scene. None where nothing emits.
+    pub fn emit(&self, choice: f64, at: DVec2, along: DVec2) -> Option<(Ray, Rgb)> {
+        let drawn = self.emitters.emit(choice, at, along)?;
+        let ray = match drawn.normal {
+            Some(normal) => self.ray_off(drawn.point, normal, drawn.dir),
+            None => Ray::new(drawn.point, drawn.dir),
+        };
+        Some((ray, drawn.power))
+    }
+
+    /// Area of all surfaces, one side of each.
+    pub fn area(&self) -> f64 {
+        let of_triangle = |primitive: usize| {
+            let ([a, b, c], _) = self.triangle(primitive);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let triangles: f64 = (0..self.triangles()).map(of_triangle).sum();
+        triangles + self.quadrics().map(|(quadric, ..)| quadric.area()).sum::<f64>()
+    }
+
+    /// Centre and radius of a sphere around all surfaces.
+    pub fn bounding_sphere(&self) -> (DVec3, f64) {
+        self.surfaces.bounding_sphere().unwrap_or((DVec3::ZERO, 0.0))
+    }
+
     fn through_masks(&self, mut ray: Ray, masks: u32) -> Rgb {
         let mut left = Rgb::WHITE;
         for passed in 0..=u64::from(masks) {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use crate::cli::args::{positive, sampler, seed};
+use crate::cli::photons;
 use crate::cli::radiosity;
 use crate::cli::scene_source::SceneArgs;
 use crate::render::path::{Roulette, Strategy};
@@ -24,6 +25,8 @@ pub(in crate::cli) const HELP: &str = "SCENE is a file (Mitsuba XML, OBJ, PLY, g
     whitefurnace render scene.xml -o a.exr --bounces 1 --strategy direct\n  \
     whitefurnace render scene.xml -o a.exr --rel-error 0.01 --checkpoint a.wfc\n  \
     whitefurnace render cornell-original -o patches.png --method radiosity --display gather-direct\n  \
+    whitefurnace render cornell-original -o photons.png --method photon --photons 200000 --k 100\n  \
+    whitefurnace render scene.xml -o caustics.exr --method sppm --photons 100000 --spp 256\n  \
     whitefurnace render scene.xml -o a.exr --spp 4096 --resume a.wfc --checkpoint a.wfc";
 
 #[derive(Debug, clap::Args)]
@@ -53,6 +56,10 @@ pub(in crate::cli) struct RenderArgs {
     pub(super) method: MethodArg,
     #[command(flatten)]
     pub(super) radiosity: radiosity::DisplayArgs,
+    #[command(flatten)]
+    pub(super) photons: photons::MapArgs,
+    #[command(flatten)]
+    pub(super) gather: photons::FinalGatherArgs,
     /// How light is found
     #[arg(long, value_enum, default_value = "mis")]
     pub(super) strategy: StrategyArg,
@@ -98,6 +105,12 @@ pub(super) enum MethodArg {
     Path,
     /// The radiosity equations of the scene's patches, which must be diffuse
     Radiosity,
+    /// A photon map with final gather
+    Photon,
+    /// The density of photons at the first surface that is no mirror
+    PhotonDirectView,
+    /// Stochastic progressive photon mapping: a map for each sample, with radii that shrink
+    Sppm,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

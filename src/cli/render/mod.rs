@@ -4,7 +4,7 @@ mod args;
 mod output;
 
 use std::io::Write;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, anyhow, bail};
@@ -15,9 +15,11 @@ use crate::render::Radiance;
 use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
 use crate::render::path::{PathTracer, Strategy};
-use crate::render::progressive::{self, Job, Progress, Stop};
+use crate::render::photon::progressive::Sppm;
+use crate::render::progressive::{self, Cost, Job, Progress, Stop};
 use crate::render::provenance::{Provenance, Run};
-use crate::sampling::sampler::SamplerKind;
+use crate::sampling::filter::Filter;
+use crate::sampling::sampler::{AnySampler, SamplerKind};
 use crate::scene::Scene;
 
 pub(super) use args::{Bounces, HELP, RenderArgs, bounces, filter, size};
@@ -57,7 +59,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
         None => scene,
     };
     let build = start.elapsed().as_secs_f64() - load;
-    let (radiance, algorithm) = algorithm(args, &scene)?;
+    let (light, algorithm) = algorithm(args, &scene)?;
     let filter = args.filter.as_ref().unwrap_or(&scene.film().filter);
     let stop = stop(args, &scene);
     let known = match stop {
@@ -66,7 +68,6 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     };
     let planned = known.unwrap_or(DEFAULT_SAMPLES.into());
     let sampler = args.sampler.sampler(args.seed, planned, scene.film().width as u64);
-    let job = Job { scene: &scene, radiance: &*radiance, filter, sampler: &sampler };
     // The others go on with the same points, however many there are to be.
     let grid = match args.sampler {
         SamplerKind::Independent | SamplerKind::Lattice | SamplerKind::Sobol => String::new(),
@@ -79,7 +80,7 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let bar = progress::bar(args.quiet);
     let Checkpoint { mut film, mut provenance } = state;
     let mut kept = Instant::now();
-    let cost = progressive::render(&job, &mut film, stop, &interrupted, &mut |film, now| {
+    let mut look = |film: &Film, now: Progress| {
         show(&bar, film, now);
         if kept.elapsed().as_secs_f64() > KEEP_SECONDS {
             // If it cannot be written now, the end will say so, and the samples are not lost before.
@@ -87,7 +88,16 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
                 outputs.checkpoint(&Checkpoint { film: film.clone(), provenance: up_to(&provenance, film, args.seed) });
             kept = Instant::now();
         }
-    });
+    };
+    let cost = match &light {
+        Algorithm::Same(radiance) => {
+            let job = Job { scene: &scene, radiance: &**radiance, filter, sampler: &sampler };
+            progressive::render(&job, &mut film, stop, &interrupted, &mut look)
+        }
+        Algorithm::OfPasses(plan) => {
+            passes(plan, &scene, (filter, &sampler), &mut film, (stop, &interrupted), &mut look)?
+        }
+    };
     bar.finish_and_clear();
 
     provenance = up_to(&provenance, &film, args.seed);
@@ -119,18 +129,70 @@ fn up_to(before: &Provenance, film: &Film, seed: u64) -> Provenance {
     Provenance { runs: vec![run], ..before.clone() }
 }
 
+/// What renders.
+enum Algorithm {
+    /// The same for all samples.
+    Same(Box<dyn Radiance>),
+    /// Another for each sample of a pixel.
+    OfPasses(Sppm),
+}
+
+/// One sample of each pixel after the other, each with the light of its own pass.
+fn passes(
+    plan: &Sppm,
+    scene: &Scene,
+    (filter, sampler): (&Filter, &AnySampler),
+    film: &mut Film,
+    (stop, interrupted): (Stop, &AtomicBool),
+    look: &mut dyn FnMut(&Film, Progress),
+) -> anyhow::Result<Cost> {
+    let start = Instant::now();
+    let (first, mut rays) = (progressive::least_samples(film), 0);
+    loop {
+        let pass = progressive::least_samples(film);
+        let seconds = start.elapsed().as_secs_f64();
+        let share = match stop {
+            Stop::Samples(n) => pass as f64 / n as f64,
+            Stop::Seconds(most) => seconds / most,
+            Stop::RelativeError(bound) if pass >= progressive::LEAST_SAMPLES => bound / film.relative_error(),
+            Stop::RelativeError(_) => 0.0,
+        };
+        if share >= 1.0 || interrupted.load(Ordering::Relaxed) {
+            return Ok(Cost { rays, seconds });
+        }
+        if pass > first {
+            look(film, Progress { samples: pass, seconds, share: share.clamp(0.0, 1.0) });
+        }
+        let light = plan.pass(scene, pass).context("--method sppm")?;
+        let job = Job { scene, radiance: &light, filter, sampler };
+        rays += progressive::render(&job, film, Stop::Samples(pass + 1), interrupted, &mut |_, _| {}).rays;
+    }
+}
+
 /// What renders, and how in words: where they are the same, the expectation of every sample is.
-fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Box<dyn Radiance>, String)> {
+fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Algorithm, String)> {
     match args.method {
         MethodArg::Path => {
             let tracer = tracer(args, scene)?;
-            Ok((Box::new(tracer), format!("{tracer:?}")))
+            Ok((Algorithm::Same(Box::new(tracer)), format!("{tracer:?}")))
         }
         MethodArg::Radiosity => {
             let clock = progress::clock(args.quiet, "radiosity".into());
             let (solution, how) = args.radiosity.solve(scene, args.bounces.and_then(|Bounces(r)| r), args.seed)?;
             clock.finish_and_clear();
-            Ok((Box::new(solution), how))
+            Ok((Algorithm::Same(Box::new(solution)), how))
+        }
+        MethodArg::Photon => {
+            let (light, how) = args.photons.gathered(scene, args.gather, limit(args, scene), args.seed)?;
+            Ok((Algorithm::Same(Box::new(light)), how))
+        }
+        MethodArg::Sppm => {
+            let (plan, how) = args.photons.progressive(scene, args.gather, limit(args, scene), args.seed)?;
+            Ok((Algorithm::OfPasses(plan), how))
+        }
+        MethodArg::PhotonDirectView => {
+            let (light, how) = args.photons.viewed(scene, limit(args, scene), args.seed)?;
+            Ok((Algorithm::Same(Box::new(light)), how))
         }
     }
 }
@@ -143,8 +205,13 @@ fn tracer(args: &RenderArgs, scene: &Scene) -> anyhow::Result<PathTracer> {
              allowed are mis, direct, random-connect"
         );
     }
-    let bounces = args.bounces.map_or_else(|| scene.render_settings().bounces.flatten(), |Bounces(r)| r);
+    let bounces = limit(args, scene);
     Ok(PathTracer { strategy, bounces, first_split: args.first_split, roulette: args.rr, ..PathTracer::default() })
+}
+
+/// The largest number of reflections; None for no limit.
+fn limit(args: &RenderArgs, scene: &Scene) -> Option<u32> {
+    args.bounces.map_or_else(|| scene.render_settings().bounces.flatten(), |Bounces(r)| r)
 }
 
 fn stop(args: &RenderArgs, scene: &Scene) -> Stop {

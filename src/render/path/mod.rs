@@ -17,7 +17,7 @@
 //! - Veach & Guibas 1995, Optimally combining sampling techniques, SIGGRAPH
 
 mod roulette;
-mod vertex;
+pub(super) mod vertex;
 mod walk;
 mod wave;
 

@@ -9,13 +9,13 @@ use crate::scene::{LocalBsdf, Ray, Scene, Surface};
 
 /// A surface with its model of reflection, and the direction from which the path came.
 #[derive(Debug)]
-pub(super) struct Vertex<'a> {
-    pub(super) surface: &'a Surface,
+pub(in crate::render) struct Vertex<'a> {
+    pub(in crate::render) surface: &'a Surface,
     /// The frame in which the model is evaluated.
-    pub(super) frame: Frame,
-    pub(super) bsdf: LocalBsdf<'a>,
+    pub(in crate::render) frame: Frame,
+    pub(in crate::render) bsdf: LocalBsdf<'a>,
     /// Local.
-    wo: DVec3,
+    pub(in crate::render) wo: DVec3,
 }
 
 impl<'a> Vertex<'a> {
@@ -28,7 +28,7 @@ impl<'a> Vertex<'a> {
         reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
     )]
     #[inline(always)]
-    pub(super) fn new(scene: &'a Scene, ray: &Ray, surface: &'a Surface) -> Self {
+    pub(in crate::render) fn new(scene: &'a Scene, ray: &Ray, surface: &'a Surface) -> Self {
         let mut frame = surface.frame;
         let mut wo = frame.to_local(-ray.dir);
         if wo.z * surface.ng.dot(-ray.dir) <= 0.0 {
@@ -46,7 +46,7 @@ impl<'a> Vertex<'a> {
         reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
     )]
     #[inline(always)]
-    pub(super) fn eval(&self, wi: DVec3) -> (Rgb, f64) {
+    pub(in crate::render) fn eval(&self, wi: DVec3) -> (Rgb, f64) {
         let local = self.frame.to_local(wi);
         if local.z * wi.dot(self.surface.ng) <= 0.0 {
             return (Rgb::BLACK, 0.0);
@@ -61,7 +61,7 @@ impl<'a> Vertex<'a> {
         reason = "the parts of a path: across calls their results are copied, at a tenth of the time"
     )]
     #[inline(always)]
-    pub(super) fn sample(&self, u: Uniforms) -> Option<BsdfSample> {
+    pub(in crate::render) fn sample(&self, u: Uniforms) -> Option<BsdfSample> {
         let drawn = self.bsdf.sample_in(&self.frame, self.wo, u)?;
         (drawn.wi.dot(self.frame.n) * drawn.wi.dot(self.surface.ng) > 0.0).then_some(drawn)
     }

@@ -4,6 +4,7 @@
 //! the point from which one looks, so that the density of a direction found otherwise costs no sum over the emitters.
 
 mod area;
+mod emission;
 mod environment;
 mod points;
 
@@ -84,6 +85,8 @@ pub struct Emitters {
     /// Numbers of those that are infinitely far and not Dirac.
     environments: Vec<usize>,
     dirac: bool,
+    /// Centre and radius of the sphere around all surfaces.
+    bounds: (DVec3, f64),
 }
 
 const NONE: u32 = u32::MAX;
@@ -138,14 +141,14 @@ impl Emitters {
         for (i, light) in lights.iter().enumerate() {
             emitters.push(Emitter::of_light(light, i)?);
         }
-        let (_, radius) = surfaces.bounding_sphere().unwrap_or((DVec3::ZERO, 1.0));
-        let powers: Vec<f64> = emitters.iter().map(|emitter| emitter.power(radius)).collect();
+        let bounds = surfaces.bounding_sphere().unwrap_or((DVec3::ZERO, 1.0));
+        let powers: Vec<f64> = emitters.iter().map(|emitter| emitter.power(bounds.1)).collect();
         let environments = (0..emitters.len()).filter(|&i| matches!(emitters[i], Emitter::Environment(_))).collect();
         let dirac = emitters.iter().any(Emitter::is_dirac);
         let is_even = |emitter: &Emitter| matches!(emitter, Emitter::Environment(EnvironmentSampler::Constant(_)));
         let of_uneven = powers.iter().zip(&emitters).map(|(power, e)| if is_even(e) { 0.0 } else { *power });
         let uneven = AliasTable::new(&of_uneven.collect::<Vec<_>>());
-        Ok(Self { every: AliasTable::new(&powers), uneven, all: emitters, of_primitive, environments, dirac })
+        Ok(Self { every: AliasTable::new(&powers), uneven, all: emitters, of_primitive, environments, dirac, bounds })
     }
 
     /// Whether nothing emits.

@@ -1,0 +1,91 @@
+//! `whitefurnace photons`: a photon map, and where the light of a scene goes.
+
+mod args;
+mod ply;
+mod report;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context;
+
+use super::job::{Sink, sink, target};
+use super::{Status, progress, render, scene_source};
+use crate::image::Format;
+use crate::render::film::Film;
+use crate::render::photon::map::PhotonMap;
+use crate::render::photon::view::DirectView;
+use crate::render::progressive::{self, Job, Stop};
+use crate::render::provenance::{Provenance, Run};
+use crate::report::save::Target;
+use crate::sampling::sampler::SamplerKind;
+use crate::scene::Scene;
+
+pub(super) use args::{FinalGatherArgs, HELP, MapArgs, PhotonsArgs};
+use report::Report;
+
+pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
+    let images = render::images(&args.outputs)?;
+    let json = args.json.clone().map(|path| sink("--json", path)).transpose()?;
+    let ply = args.ply.clone().map(|path| target("--ply", path)).transpose()?;
+    let loaded = args.scene.load()?;
+    if !args.quiet {
+        scene_source::warn(&loaded)?;
+    }
+    let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
+    let scene = match args.size {
+        Some((width, height)) => scene.with_size(width, height),
+        None => scene,
+    };
+    let start = Instant::now();
+    let shooting = args.of_map.shooting(args.map.into(), None, args.seed);
+    let (shot, gather) =
+        pool.install(|| args.of_map.shot(&scene, shooting)).with_context(|| args.scene.typed().to_string())?;
+    let shoot = start.elapsed().as_secs_f64();
+    let tally = shot.tally;
+    let map = pool
+        .install(|| PhotonMap::new(&scene, shot.photons, gather))
+        .with_context(|| args.scene.typed().to_string())?;
+    let sort = start.elapsed().as_secs_f64() - shoot;
+    let report = Report { scene: &scene, map: &map, tally: &tally, kept: args.map.into(), shoot, sort };
+    match &json {
+        Some(Sink::Stdout) => writeln!(out, "{}", report.json()?)?,
+        Some(Sink::File(target)) => target.write(report.json()?.as_bytes()).context("--json: cannot be written")?,
+        None => {}
+    }
+    if !args.quiet && !matches!(json, Some(Sink::Stdout)) {
+        write!(out, "{}", report.text())?;
+    }
+    if let Some(target) = ply {
+        target.write(&ply::encode(&map)).context("--ply: cannot be written")?;
+    }
+    if !images.is_empty() {
+        pool.install(|| draw(args, &scene, map, &images))?;
+    }
+    Ok(Status::Pass)
+}
+
+fn draw(args: &PhotonsArgs, scene: &Scene, map: PhotonMap, images: &[(Target, Format, PathBuf)]) -> anyhow::Result<()> {
+    let (width, height) = (scene.film().width, scene.film().height);
+    let settings = format!("{width}x{height}, {} photons seen, {:?}", args.of_map.photons, map.gather());
+    let view = DirectView::new(map, None);
+    let kind = SamplerKind::default();
+    let sampler = kind.sampler(args.seed, args.spp, width as u64);
+    let job = Job { scene, radiance: &view, filter: &scene.film().filter, sampler: &sampler };
+    let mut film = Film::new(width, height).with_batches(progressive::batch_for(kind, Some(args.spp)));
+    let interrupted = progress::interruption();
+    let bar = progress::bar(args.quiet);
+    let cost = progressive::render(&job, &mut film, Stop::Samples(args.spp), &interrupted, &mut |_, now| {
+        progress::show(&bar, &format!("{} samples per pixel", now.samples), now.seconds, 0.0, now.share);
+    });
+    bar.finish_and_clear();
+    let run = Run { seed: args.seed, first: 0, count: film.most_drawn() };
+    let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
+    for (target, format, path) in images {
+        let bytes = image.encode(*format, args.exposure)?;
+        target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
+    }
+    Ok(())
+}
