@@ -125,8 +125,10 @@ mod tests {
     use super::*;
     use crate::math::sum::Moments;
     use crate::sampling::sampler::Independent;
+    use crate::sampling::warp::uniform_sphere;
     use crate::scene::builtin::builtin;
     use glam::DVec2;
+    use rayon::prelude::*;
 
     fn furnace() -> Scene {
         Scene::new(builtin("furnace-sphere", &[]).unwrap().unwrap()).unwrap()
@@ -173,5 +175,55 @@ mod tests {
         // e / (1 − ρ) = 1 within 4 sigma; no field, so no bias by the radius.
         assert!((means.mean() - 1.0).abs() <= 4.0 * means.std_err(), "{means:?}");
         assert!(means.std_err() < 0.01);
+    }
+
+    /// The exponent of the root mean square error of the mean of n passes, at points of a furnace.
+    fn slope(scene: &Scene, alpha: f64) -> f64 {
+        // π ρ e / (1 − ρ), both a half: what arrives after a reflection.
+        let exact = 0.5 * PI;
+        let places: Vec<_> = (0..16)
+            .map(|i| {
+                let u = DVec2::new((f64::from(i) * 0.618_033_988_749_895).fract(), (f64::from(i) + 0.5) / 16.0);
+                scene.intersect(&Ray::new(glam::DVec3::ZERO, uniform_sphere(u))).unwrap()
+            })
+            .collect();
+        let counts = [4_u64, 16, 64, 256];
+        let squares: Vec<[f64; 4]> = (0..32_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let shooting = Shooting { photons: 300, seed, ..Shooting::default() };
+                let sppm = Sppm::new(scene, shooting, (First::Radius(0.4), Estimator::KMinusOne), alpha, None).unwrap();
+                let (mut sums, mut squares) = (vec![0.0; places.len()], [0.0; 4]);
+                for pass in 0..counts[3] {
+                    let light = sppm.pass(scene, pass).unwrap();
+                    for (sum, place) in sums.iter_mut().zip(&places) {
+                        *sum += light.map.irradiance(scene, place, -place.p).value.mean();
+                    }
+                    if let Some(at) = counts.iter().position(|&n| n == pass + 1) {
+                        let error = |sum: &f64| (sum / (pass + 1) as f64 - exact).powi(2);
+                        squares[at] = sums.iter().map(error).sum();
+                    }
+                }
+                squares
+            })
+            .collect();
+        let points: Vec<(f64, f64)> = (0..4)
+            .map(|at| ((counts[at] as f64).ln(), 0.5 * squares.iter().map(|each| each[at]).sum::<f64>().ln()))
+            .collect();
+        let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / 4.0;
+        let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+        points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
+            / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
+    }
+
+    #[test]
+    fn the_error_of_passes_falls_with_half_of_alpha() {
+        // Light that is the same everywhere has no bias by the radius, and the variance of the mean falls like n^(−α).
+        let scene = furnace();
+        // 512 squares, of which those of one seed go together in part: 6 % each, .02 of the slope, 2.5 times that.
+        for (alpha, exponent) in [(ALPHA, -1.0 / 3.0), (0.999, -0.5)] {
+            let found = slope(&scene, alpha);
+            assert!((found - exponent).abs() <= 0.05, "alpha {alpha}: {found} against {exponent}");
+        }
     }
 }
