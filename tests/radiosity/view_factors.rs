@@ -159,6 +159,31 @@ fn coaxial_disks_have_their_closed_form() {
     }
 }
 
+#[test]
+fn a_sphere_sees_plates_as_its_centre_does() {
+    // The factor from a sphere does not depend on its radius, as long as all of it is above the plate.
+    let sphere = Geometry::Sphere { centre: DVec3::new(0.0, 0.0, 1.0), radius: 0.4 };
+    let disk = Geometry::Disk { to_world: DAffine3::IDENTITY };
+    let square = quadrangle("plate", UNIT_SQUARE).geometry;
+    for (plate, exact) in [(disk, 0.5 * (1.0 - 0.5_f64.sqrt())), (square, 1.0 / 24.0)] {
+        let shape = |name: &str, geometry: Geometry| Shape { geometry, ..quadrangle(name, UNIT_SQUARE) };
+        let shapes = vec![shape("sphere", sphere.clone()), shape("plate", plate)];
+        let grey = Material::diffuse("grey", whitefurnace::math::color::Rgb::grey(0.5).into());
+        let scene = scene(vec![grey], shapes, Vec::new());
+        for count in [30, 60, 120] {
+            let patches = cut(&scene, count);
+            for method in [&Visibility::default() as &dyn ViewFactors, &MonteCarlo { rays: 1 << 14, seed: 1 }] {
+                let (matrix, report) = found(method, &scene, &patches);
+                let factor = between(&patches, &matrix, "sphere", "plate");
+                // As for disks.
+                let bound = 3.0 * report.error_rms * (matrix.n() as f64).sqrt();
+                assert!((factor - exact).abs() <= bound, "{} {count}: {factor} {exact} {bound}", method.name());
+                assert!(bound < 0.2 * exact, "{} {count}: a bound of {bound} tells nothing", method.name());
+            }
+        }
+    }
+}
+
 /// Root mean square difference of factors.
 fn distance(a: &FactorMatrix, b: &FactorMatrix) -> f64 {
     let n = a.n();
