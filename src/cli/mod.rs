@@ -16,6 +16,7 @@ mod list;
 mod merge;
 mod notebooks_data;
 mod photons;
+mod picture;
 mod plot;
 mod progress;
 mod radiosity;

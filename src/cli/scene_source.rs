@@ -6,8 +6,8 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 
-use crate::scene::builtin;
 use crate::scene::file::{self, LoadOptions, Loaded};
+use crate::scene::{Scene, builtin};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct SceneArgs {
@@ -36,6 +36,19 @@ impl SceneArgs {
 
     pub(super) fn load(&self) -> anyhow::Result<Loaded> {
         self.options.load(&self.scene)
+    }
+
+    /// The scene, ready to be traced, at another size if one is given. Says what was left out, unless it is to be quiet.
+    pub(super) fn open(&self, size: Option<(usize, usize)>, quiet: bool) -> anyhow::Result<Scene> {
+        let loaded = self.load()?;
+        if !quiet {
+            warn(&loaded)?;
+        }
+        let scene = Scene::new(loaded.scene).with_context(|| self.scene.clone())?;
+        Ok(match size {
+            Some((width, height)) => scene.with_size(width, height),
+            None => scene,
+        })
     }
 }
 

@@ -11,15 +11,12 @@ use std::time::Instant;
 use anyhow::Context;
 
 use super::job::{Sink, sink, target};
-use super::{Status, progress, render, scene_source};
+use super::picture::Picture;
+use super::{Status, render};
 use crate::image::Format;
-use crate::render::film::Film;
 use crate::render::photon::map::PhotonMap;
 use crate::render::photon::view::DirectView;
-use crate::render::progressive::{self, Job, Stop};
-use crate::render::provenance::{Provenance, Run};
 use crate::report::save::Target;
-use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
 pub(super) use args::{FinalGatherArgs, HELP, MapArgs, PhotonsArgs};
@@ -30,15 +27,7 @@ pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Sta
     let images = render::images(&args.outputs)?;
     let json = args.json.clone().map(|path| sink("--json", path)).transpose()?;
     let ply = args.ply.clone().map(|path| target("--ply", path)).transpose()?;
-    let loaded = args.scene.load()?;
-    if !args.quiet {
-        scene_source::warn(&loaded)?;
-    }
-    let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
-    let scene = match args.size {
-        Some((width, height)) => scene.with_size(width, height),
-        None => scene,
-    };
+    let scene = args.scene.open(args.size, args.quiet)?;
     let start = Instant::now();
     let shooting = args.of_map.shooting(args.map.into(), None, args.seed);
     let (shot, gather) =
@@ -68,24 +57,8 @@ pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Sta
 }
 
 fn draw(args: &PhotonsArgs, scene: &Scene, map: PhotonMap, images: &[(Target, Format, PathBuf)]) -> anyhow::Result<()> {
-    let (width, height) = (scene.film().width, scene.film().height);
-    let settings = format!("{width}x{height}, {} photons seen, {:?}", args.of_map.photons, map.gather());
+    let how = format!("{} photons seen, {:?}", args.of_map.photons, map.gather());
     let view = DirectView::new(map, None);
-    let kind = SamplerKind::default();
-    let sampler = kind.sampler(args.seed, args.spp, width as u64);
-    let job = Job { scene, radiance: &view, filter: &scene.film().filter, sampler: &sampler };
-    let mut film = Film::new(width, height).with_batches(progressive::batch_for(kind, Some(args.spp)));
-    let interrupted = progress::interruption();
-    let bar = progress::bar(args.quiet);
-    let cost = progressive::render(&job, &mut film, Stop::Samples(args.spp), &interrupted, &mut |_, now| {
-        progress::show(&bar, &format!("{} samples per pixel", now.samples), now.seconds, 0.0, now.share);
-    });
-    bar.finish_and_clear();
-    let run = Run { seed: args.seed, first: 0, count: film.most_drawn() };
-    let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
-    for (target, format, path) in images {
-        let bytes = image.encode(*format, args.exposure)?;
-        target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
-    }
-    Ok(())
+    let PhotonsArgs { spp: samples, seed, exposure, quiet, .. } = *args;
+    Picture { scene, light: &view, how, samples, seed, exposure, quiet }.write(images)
 }

@@ -11,13 +11,10 @@ use std::path::PathBuf;
 use anyhow::Context;
 
 use super::job::{Sink, sink};
-use super::{Status, progress, render, scene_source};
+use super::picture::Picture;
+use super::{Status, progress, render};
 use crate::image::Format;
-use crate::render::film::Film;
-use crate::render::progressive::{self, Job, Stop};
-use crate::render::provenance::{Provenance, Run};
 use crate::report::save::Target;
-use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
 use answer::Answer;
@@ -28,15 +25,7 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
     args.check()?;
     let images = render::images(&args.outputs)?;
     let json = args.json.clone().map(|path| sink("--json", path)).transpose()?;
-    let loaded = args.scene.load()?;
-    if !args.quiet {
-        scene_source::warn(&loaded)?;
-    }
-    let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
-    let scene = match args.size {
-        Some((width, height)) => scene.with_size(width, height),
-        None => scene,
-    };
+    let scene = args.scene.open(args.size, args.quiet)?;
     let clock = progress::clock(args.quiet, format!("radiosity by {}", args.solver().name()));
     let answer = Answer::of(args, &scene).with_context(|| args.scene.typed().to_string())?;
     clock.finish_and_clear();
@@ -63,26 +52,9 @@ fn draw(
     answer: Answer,
     images: &[(Target, Format, PathBuf)],
 ) -> anyhow::Result<()> {
-    let (width, height) = (scene.film().width, scene.film().height);
     let count = answer.patches().all().len();
+    let how = format!("radiosity of {count} patches by {}, {:?}", args.solver().name(), args.display);
     let solution = answer.shown(args.display.into());
-    let kind = SamplerKind::default();
-    let sampler = kind.sampler(args.factors.seed, args.spp, width as u64);
-    let job = Job { scene, radiance: &solution, filter: &scene.film().filter, sampler: &sampler };
-    let mut film = Film::new(width, height).with_batches(progressive::batch_for(kind, Some(args.spp)));
-    let interrupted = progress::interruption();
-    let bar = progress::bar(args.quiet);
-    let cost = progressive::render(&job, &mut film, Stop::Samples(args.spp), &interrupted, &mut |_, now| {
-        progress::show(&bar, &format!("{} samples per pixel", now.samples), now.seconds, 0.0, now.share);
-    });
-    bar.finish_and_clear();
-    let settings =
-        format!("{width}x{height}, radiosity of {count} patches by {}, {:?}", args.solver().name(), args.display);
-    let run = Run { seed: args.factors.seed, first: 0, count: film.most_drawn() };
-    let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
-    for (target, format, path) in images {
-        let bytes = image.encode(*format, args.exposure)?;
-        target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
-    }
-    Ok(())
+    let RadiosityArgs { spp: samples, exposure, quiet, .. } = *args;
+    Picture { scene, light: &solution, how, samples, seed: args.factors.seed, exposure, quiet }.write(images)
 }

@@ -6,13 +6,12 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::ViewFactorsArgs;
-use crate::cli::{Status, progress, scene_source};
+use crate::cli::{Status, progress};
 use crate::render::radiosity::factors::enforce::Repair;
 use crate::render::radiosity::factors::{self, Report};
 use crate::render::radiosity::matrix::FactorMatrix;
 use crate::render::radiosity::patches::Patches;
 use crate::report::table::{Align, Table};
-use crate::scene::Scene;
 
 /// Number of patches where nothing is said: few enough for their rows to be read.
 const DEFAULT_PATCHES: usize = 100;
@@ -35,9 +34,7 @@ struct Patch<'a> {
 }
 
 pub(in crate::cli) fn run(args: &ViewFactorsArgs, out: &mut dyn Write) -> anyhow::Result<Status> {
-    let loaded = args.scene.load()?;
-    scene_source::warn(&loaded)?;
-    let scene = Scene::new(loaded.scene).with_context(|| args.scene.typed().to_string())?;
+    let scene = args.scene.open(None, false)?;
     let patches = Patches::new(&scene, args.mesh.fineness(DEFAULT_PATCHES), args.mesh.materials())
         .with_context(|| args.scene.typed().to_string())?;
     let method = args.factors.method(args.method);

@@ -1,0 +1,54 @@
+//! A picture of light that has been found already: so many samples of each pixel, written in every format asked for.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+
+use super::progress;
+use crate::image::Format;
+use crate::render::Radiance;
+use crate::render::film::Film;
+use crate::render::progressive::{self, Job, Stop};
+use crate::render::provenance::{Provenance, Run};
+use crate::report::save::Target;
+use crate::sampling::sampler::SamplerKind;
+use crate::scene::Scene;
+
+pub(super) struct Picture<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) light: &'a dyn Radiance,
+    /// What the light is, in words.
+    pub(super) how: String,
+    /// Samples per pixel.
+    pub(super) samples: u64,
+    pub(super) seed: u64,
+    /// Stops by which a PNG is made brighter.
+    pub(super) exposure: f64,
+    pub(super) quiet: bool,
+}
+
+impl Picture<'_> {
+    /// Renders it with a bar on standard error, and writes the files.
+    pub(super) fn write(&self, images: &[(Target, Format, PathBuf)]) -> anyhow::Result<()> {
+        let Self { scene, samples, .. } = *self;
+        let (width, height) = (scene.film().width, scene.film().height);
+        let kind = SamplerKind::default();
+        let sampler = kind.sampler(self.seed, samples, width as u64);
+        let job = Job { scene, radiance: self.light, filter: &scene.film().filter, sampler: &sampler };
+        let mut film = Film::new(width, height).with_batches(progressive::batch_for(kind, Some(samples)));
+        let interrupted = progress::interruption();
+        let bar = progress::bar(self.quiet);
+        let cost = progressive::render(&job, &mut film, Stop::Samples(samples), &interrupted, &mut |_, now| {
+            progress::show(&bar, &format!("{} samples per pixel", now.samples), now.seconds, 0.0, now.share);
+        });
+        bar.finish_and_clear();
+        let settings = format!("{width}x{height}, {}", self.how);
+        let run = Run { seed: self.seed, first: 0, count: film.most_drawn() };
+        let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
+        for (target, format, path) in images {
+            let bytes = image.encode(*format, self.exposure)?;
+            target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
+        }
+        Ok(())
+    }
+}
