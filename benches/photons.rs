@@ -43,9 +43,9 @@ fn queries(points: &[DVec3]) -> Vec<DVec3> {
 fn radius(points: &[DVec3]) -> f64 {
     let (tree, mut nearest) = (Tree::new(points), Nearest::default());
     let of_each = queries(points).into_iter().take(200).map(|q| {
-        nearest.begin(K, f64::INFINITY);
+        nearest.begin(K, f32::INFINITY);
         tree.nearest(q, &mut nearest, |_| true);
-        nearest.finish().last().map_or(0.0, |(distance2, _)| PI * distance2)
+        nearest.finish().last().map_or(0.0, |last| PI * f64::from(last.distance2()))
     });
     (of_each.sum::<f64>() / 200.0 / PI).sqrt()
 }
@@ -75,17 +75,17 @@ fn stores(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(1)).sample_size(10).measurement_time(Duration::from_secs(2));
         group.bench_function(BenchmarkId::new("tree", size), |b| {
             b.iter(|| {
-                nearest.begin(K, f64::INFINITY);
+                nearest.begin(K, f32::INFINITY);
                 tree.nearest(query(), &mut nearest, |_| true);
                 black_box(nearest.finish().len())
             });
         });
         group.bench_function(BenchmarkId::new("grid", size), |b| {
             b.iter(|| {
-                nearest.begin(K, f64::INFINITY);
-                grid.within(query(), radius, |(distance2, i)| {
-                    if distance2 < nearest.limit() {
-                        nearest.push(distance2, i);
+                nearest.begin(K, f32::INFINITY);
+                grid.within(query(), radius, |found| {
+                    if found.distance2() < nearest.limit() {
+                        nearest.push(found);
                     }
                 });
                 black_box(nearest.finish().len())
@@ -93,7 +93,7 @@ fn stores(criterion: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("scan", size), |b| {
             b.iter(|| {
-                nearest.begin(K, f64::INFINITY);
+                nearest.begin(K, f32::INFINITY);
                 scan(&points, query(), &mut nearest, |_| true);
                 black_box(nearest.finish().len())
             });

@@ -146,7 +146,7 @@ impl MapArgs {
     ) -> anyhow::Result<(FinalGather, String)> {
         let (shot, gather) = self.shot(scene, self.shooting(Kept::Global, bounces, seed)).context("--method photon")?;
         let rays = rays.gather_rays;
-        let light = FinalGather::new(scene, shot, gather, rays, bounces).context("--method photon")?;
+        let light = FinalGather::new(scene, &shot.photons, gather, rays, bounces).context("--method photon")?;
         Ok((light, format!("{} photons, {gather:?}, {rays} gather rays, {bounces:?} bounces", self.photons)))
     }
 
@@ -177,7 +177,7 @@ impl MapArgs {
     ) -> anyhow::Result<(DirectView, String)> {
         let shooting = self.shooting(Kept::Global, bounces, seed);
         let (shot, gather) = self.shot(scene, shooting).context("--method photon-direct-view")?;
-        let map = PhotonMap::new(scene, shot.photons, gather).context("--method photon-direct-view")?;
+        let map = PhotonMap::new(scene, &shot.photons, gather).context("--method photon-direct-view")?;
         Ok((DirectView::new(map, bounces), format!("{} photons seen, {gather:?}, {bounces:?} bounces", self.photons)))
     }
 }

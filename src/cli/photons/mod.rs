@@ -35,7 +35,7 @@ pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Sta
     let shoot = start.elapsed().as_secs_f64();
     let tally = shot.tally;
     let map = pool
-        .install(|| PhotonMap::new(&scene, shot.photons, gather))
+        .install(|| PhotonMap::new(&scene, &shot.photons, gather))
         .with_context(|| args.scene.typed().to_string())?;
     let sort = start.elapsed().as_secs_f64() - shoot;
     let report = Report { scene: &scene, map: &map, tally: &tally, kept: args.map.into(), shoot, sort };

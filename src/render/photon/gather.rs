@@ -10,7 +10,7 @@
 //! - Jensen 2001, Realistic image synthesis using photon mapping, §9 (rendering, with distributed rays and caustics by the map)
 
 use super::map::{Around, Gather, PhotonMap};
-use super::shoot::{Shot, next_surface, stores};
+use super::shoot::{next_surface, stores};
 use super::view::{mirrored, through_mirrors};
 use super::{History, Photon, PhotonError};
 use crate::bsdf::{Density, Uniforms};
@@ -44,7 +44,7 @@ impl FinalGather {
     /// As [`PhotonMap::new`], and without rays.
     pub fn new(
         scene: &Scene,
-        shot: Shot,
+        photons: &[Photon],
         gather: Gather,
         rays: u32,
         bounces: Option<u32>,
@@ -53,14 +53,14 @@ impl FinalGather {
             return Err(PhotonError::NoRays);
         }
         let caustic: Vec<Photon> =
-            shot.photons.iter().filter(|photon| photon.history == History::Caustic).copied().collect();
-        let global = PhotonMap::new(scene, shot.photons, gather)?;
+            photons.iter().filter(|photon| photon.history == History::Caustic).copied().collect();
+        let global = PhotonMap::new(scene, photons, gather)?;
         let around = match gather.around {
             Around::Nearest { k, reach } => Around::Nearest { k: k.min(caustic.len()), reach },
             fixed @ Around::Radius(_) => fixed,
         };
         let enough = caustic.len() >= gather.estimator.least();
-        let caustic = enough.then(|| PhotonMap::new(scene, caustic, Gather { around, ..gather })).transpose()?;
+        let caustic = enough.then(|| PhotonMap::new(scene, &caustic, Gather { around, ..gather })).transpose()?;
         Ok(Self { global, caustic, rays, bounces })
     }
 

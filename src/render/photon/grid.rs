@@ -66,7 +66,7 @@ impl Grid {
                         let distance2 = p.distance_squared(q);
                         // Another cell of the ball may have the same bucket.
                         if distance2 < radius2 && cell_of(p, self.cell) == cell {
-                            each((distance2, i));
+                            each(Found::new(distance2 as f32, i));
                         }
                     }
                 }
@@ -106,12 +106,12 @@ mod tests {
             for q in (0..30).map(|_| point(flat)).chain([DVec3::splat(0.25)]) {
                 for radius in [0.05, 0.1, 0.25] {
                     let (mut near, mut all) = (Vec::new(), Nearest::default());
-                    grid.within(q, radius, |(d, i)| near.push((d, grid.order[i as usize])));
-                    all.begin(points.len(), radius * radius);
+                    grid.within(q, radius, |f| near.push(Found::new(f.distance2(), grid.order[f.number() as usize])));
+                    all.begin(points.len(), (radius * radius) as f32);
                     scan(&points, q, &mut all, |_| true);
                     let mut all = all.finish().to_vec();
-                    near.sort_by(|a, b| a.partial_cmp(b).unwrap());
-                    all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+                    near.sort_unstable();
+                    all.sort_unstable();
                     assert_eq!(near, all, "{n} points, radius {radius}");
                 }
             }

@@ -111,9 +111,10 @@ impl Estimator {
 
     /// Photons per area, of those that were found as the k nearest, the last of them the farthest.
     pub fn density(self, found: &[Found]) -> f64 {
-        let Some(&(radius2, _)) = found.last() else { return 0.0 };
+        let Some(last) = found.last() else { return 0.0 };
+        let radius2 = f64::from(last.distance2());
         let used = if self.counts_last() { found } else { &found[..found.len() - 1] };
-        used.iter().map(|(distance2, _)| self.weight(distance2 / radius2)).sum::<f64>() / (PI * radius2)
+        used.iter().map(|found| self.weight(f64::from(found.distance2()) / radius2)).sum::<f64>() / (PI * radius2)
     }
 }
 
@@ -169,7 +170,7 @@ mod tests {
                     (0..n).map(|_| uniform_sphere(DVec2::new(uniform(&mut rng), uniform(&mut rng)))).collect();
                 let (tree, mut nearest, mut all) = (Tree::new(&points), Nearest::default(), [Moments::default(); 5]);
                 for &q in &places {
-                    nearest.begin(k, f64::INFINITY);
+                    nearest.begin(k, f32::INFINITY);
                     tree.nearest(q, &mut nearest, |_| true);
                     let found = nearest.finish();
                     for (moments, estimator) in all.iter_mut().zip(Estimator::ALL) {

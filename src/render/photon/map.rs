@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::area::{Outline, SAME, outlines};
 use super::grid::Grid;
@@ -105,7 +106,7 @@ impl PhotonMap {
     ///
     /// # Errors
     /// Where k or the radius is not in its domain, or k is above the number of photons.
-    pub fn new(scene: &Scene, photons: Vec<Photon>, gather: Gather) -> Result<Self, PhotonError> {
+    pub fn new(scene: &Scene, photons: &[Photon], gather: Gather) -> Result<Self, PhotonError> {
         let stored = photons.len();
         match gather.around {
             Around::Nearest { k, reach } => {
@@ -123,12 +124,12 @@ impl PhotonMap {
             Around::Radius(radius) if radius > 0.0 && radius.is_finite() => {}
             Around::Radius(radius) => return Err(PhotonError::Radius(radius)),
         }
-        let mut by_shape: Vec<Vec<Photon>> = vec![Vec::new(); scene.shapes().len()];
-        for photon in photons {
-            by_shape[photon.shape as usize].push(photon);
+        let mut by_shape: Vec<Vec<u32>> = vec![Vec::new(); scene.shapes().len()];
+        for (photon, i) in photons.iter().zip(0..) {
+            by_shape[photon.shape as usize].push(i);
         }
-        let shapes = by_shape.into_iter().zip(outlines(scene)).map(|(photons, outline)| {
-            let points: Vec<DVec3> = photons.iter().map(|photon| photon.p).collect();
+        let of_shape = |(of_shape, outline): (Vec<u32>, Outline)| {
+            let points: Vec<DVec3> = of_shape.iter().map(|&i| photons[i as usize].p).collect();
             let store = match gather.around {
                 Around::Nearest { .. } => Store::Tree(Tree::new(&points)),
                 Around::Radius(radius) => Store::Grid(Grid::new(&points, radius)),
@@ -137,11 +138,12 @@ impl PhotonMap {
                 Store::Tree(tree) => tree.order(),
                 Store::Grid(grid) => grid.order(),
             };
-            let photons = order.iter().map(|&i| photons[i as usize]).collect();
+            let photons = order.par_iter().map(|&i| photons[of_shape[i as usize] as usize]).collect();
             OfShape { store, photons, outline }
-        });
-        let step = scene.extent() * 2.0_f64.powi(-40);
-        Ok(Self { shapes: shapes.collect(), gather, stored, least: step * step })
+        };
+        let shapes = by_shape.into_par_iter().zip(outlines(scene)).map(of_shape).collect();
+        let step = scene.extent() * 2.0_f64.powi(-24);
+        Ok(Self { shapes, gather, stored, least: step * step })
     }
 
     /// How many photons there are.
@@ -217,23 +219,25 @@ impl PhotonMap {
         nearest: &'a mut Nearest,
         keep: impl Fn(&Photon) -> bool,
     ) -> (&'a [Found], f64) {
+        let photon = |found: Found| &shape.photons[found.number() as usize];
         let keep = |i: u32| keep(&shape.photons[i as usize]);
         match (&shape.store, self.gather.around) {
             (Store::Tree(tree), Around::Nearest { k, reach }) => {
-                nearest.begin(k, reach * reach);
+                nearest.begin(k, (reach * reach) as f32);
                 tree.nearest(q, nearest, keep);
                 let found = nearest.finish();
                 if found.len() < k && reach.is_finite() {
                     return (found, reach * reach);
                 }
-                let Some((&(last, _), nearer)) = found.split_last() else { return (found, 0.0) };
-                (if self.gather.estimator.counts_last() { found } else { nearer }, last.max(self.least))
+                let Some((last, nearer)) = found.split_last() else { return (found, 0.0) };
+                let radius2 = photon(*last).p.distance_squared(q);
+                (if self.gather.estimator.counts_last() { found } else { nearer }, radius2.max(self.least))
             }
             (Store::Grid(grid), Around::Radius(radius)) => {
-                nearest.begin(shape.photons.len(), f64::INFINITY);
-                grid.within(q, radius, |(distance2, i)| {
-                    if keep(i) {
-                        nearest.push(distance2, i);
+                nearest.begin(shape.photons.len(), f32::INFINITY);
+                grid.within(q, radius, |found| {
+                    if keep(found.number()) {
+                        nearest.push(found);
                     }
                 });
                 (nearest.finish(), radius * radius)
@@ -258,10 +262,11 @@ impl PhotonMap {
         }
         let open = !self.gather.walls || visible::is_open(scene, surface.p, n, radius);
         let (mut sum, mut squares, mut bent, mut photons) = (Rgb::BLACK, 0.0, 0.0, 0);
-        for &(distance2, i) in found {
-            let photon = &shape.photons[i as usize];
+        for found in found {
+            let photon = &shape.photons[found.number() as usize];
             if open || visible::sees(scene, (surface.p, n), (photon.p, photon.n)) {
-                let (light, u) = (value(photon), distance2 / radius2);
+                // Exactly: trees tell near from far in single precision.
+                let (light, u) = (value(photon), (photon.p.distance_squared(surface.p) / radius2).min(1.0));
                 let part = light * self.gather.estimator.weight(u);
                 sum += part;
                 bent += light.mean() * (1.0 - Estimator::Epanechnikov.weight(u));

@@ -90,7 +90,7 @@ impl Sppm {
         let shot = Shooting { pass, ..self.shooting }.shoot(scene)?;
         let around = Around::Radius(self.radius(pass));
         let gather = Gather { around, estimator: self.estimator, ..Gather::default() };
-        Ok(Pass { map: PhotonMap::new(scene, shot.photons, gather)?, bounces: self.bounces })
+        Ok(Pass { map: PhotonMap::new(scene, &shot.photons, gather)?, bounces: self.bounces })
     }
 }
 
@@ -108,6 +108,13 @@ pub enum First {
 pub struct Pass {
     map: PhotonMap,
     bounces: Option<u32>,
+}
+
+impl Pass {
+    /// The map.
+    pub fn map(&self) -> &PhotonMap {
+        &self.map
+    }
 }
 
 impl Radiance for Pass {

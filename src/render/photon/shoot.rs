@@ -23,7 +23,7 @@ pub const BATCH: u64 = 1024;
 /// Reflections from which on roulette ends every path.
 pub const LONG: u32 = 1000;
 /// Batches under way before their photons are put together.
-const WAVE: u64 = 16;
+const WAVE: u64 = 64;
 /// The number of the sample whose stream a batch takes, less the pass: beyond all samples of images.
 const PHOTONS: u64 = u64::MAX;
 
@@ -88,11 +88,12 @@ impl Shooting {
             }
             first = end;
         }
-        let share = 1.0 / self.photons as f64;
-        for photon in &mut photons {
-            photon.flux = photon.flux * share;
-        }
-        Ok(Shot { photons, tally: tally.scaled(share) })
+        Ok(Shot { photons, tally: tally.scaled(self.share()) })
+    }
+
+    /// Of the light of one photon what it stands for.
+    fn share(&self) -> f64 {
+        1.0 / self.photons as f64
     }
 
     fn batch(&self, scene: &Scene, batch: u64) -> Shot {
@@ -105,6 +106,9 @@ impl Shooting {
             if before > self.most {
                 break;
             }
+        }
+        for photon in &mut shot.photons {
+            photon.flux = photon.flux * self.share();
         }
         shot
     }

@@ -15,7 +15,7 @@ fn relative(scene: &Scene, p: DVec2, gather: Gather, irradiance: f64, maps: u64)
     let mut moments = Moments::default();
     for seed in 0..maps {
         let shot = Shooting { photons: 20_000, seed, ..Shooting::default() }.shoot(scene).unwrap();
-        let map = PhotonMap::new(scene, shot.photons, gather).unwrap();
+        let map = PhotonMap::new(scene, &shot.photons, gather).unwrap();
         let surface = scene.intersect(&Ray::new(p.extend(0.5), -DVec3::Z)).expect("the floor");
         moments.add(map.irradiance(scene, &surface, DVec3::Z).value.mean() / irradiance);
     }
@@ -54,7 +54,7 @@ fn the_variance_of_an_estimate_is_the_one_that_it_states() {
         let (mut values, mut stated) = (Moments::default(), Moments::default());
         for seed in 0..400 {
             let shot = Shooting { photons: 8_000, seed, ..Shooting::default() }.shoot(&scene).unwrap();
-            let map = PhotonMap::new(&scene, shot.photons, gather).unwrap();
+            let map = PhotonMap::new(&scene, &shot.photons, gather).unwrap();
             let reading = map.irradiance(&scene, &surface, DVec3::Z);
             values.add(reading.value.mean());
             stated.add(reading.variance);
@@ -84,7 +84,7 @@ fn the_bias_of_a_bent_field_is_the_one_that_is_stated() {
         let (mut values, mut stated) = (Moments::default(), Moments::default());
         for seed in 0..60 {
             let shot = Shooting { photons: 40_000, seed, ..Shooting::default() }.shoot(&scene).unwrap();
-            let reading = PhotonMap::new(&scene, shot.photons, gather).unwrap().irradiance(&scene, &surface, DVec3::Z);
+            let reading = PhotonMap::new(&scene, &shot.photons, gather).unwrap().irradiance(&scene, &surface, DVec3::Z);
             values.add(reading.value.mean());
             stated.add(reading.bias);
         }

@@ -116,7 +116,7 @@ fn a_gather_past_glass_is_that_of_paths() {
     let mut photons = Moments::default();
     for seed in 0..12 {
         let shot = Shooting { photons: 50_000, seed, ..Shooting::default() }.shoot(&scene).unwrap();
-        let light = FinalGather::new(&scene, shot, Gather { around, ..Gather::default() }, 2, None).unwrap();
+        let light = FinalGather::new(&scene, &shot.photons, Gather { around, ..Gather::default() }, 2, None).unwrap();
         photons.add(mean(&light, seed, 2000).mean());
     }
     let error = photons.std_err().hypot(paths.std_err());

@@ -138,7 +138,7 @@ fn bits_do_not_depend_on_threads() {
             pool.install(|| {
                 let shot = shoot(&scene, 20_000);
                 let tally = shot.tally.clone();
-                let light = FinalGather::new(&scene, shot, Gather::default(), 2, None).unwrap();
+                let light = FinalGather::new(&scene, &shot.photons, Gather::default(), 2, None).unwrap();
                 let mut sampler = Independent::new(3);
                 let seen: Vec<[f64; 3]> = (0..50)
                     .map(|i| {

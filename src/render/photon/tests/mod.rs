@@ -72,7 +72,7 @@ fn what_cannot_be_is_one_clear_error() {
     assert_eq!(few.shoot(&endless).unwrap_err(), PhotonError::TooMany { most: 10_000 });
     let shot = shoot(&scene, 10);
     let stored = shot.photons.len();
-    let map = |around| PhotonMap::new(&scene, shot.photons.clone(), Gather { around, ..Gather::default() });
+    let map = |around| PhotonMap::new(&scene, &shot.photons, Gather { around, ..Gather::default() });
     let nearest = |k| Around::Nearest { k, reach: f64::INFINITY };
     assert_eq!(map(nearest(1000)).unwrap_err(), PhotonError::TooFew { k: 1000, stored });
     assert!(matches!(map(nearest(1)).unwrap_err(), PhotonError::NoNeighbours { k: 1, least: 2, .. }));
@@ -80,5 +80,5 @@ fn what_cannot_be_is_one_clear_error() {
         assert_eq!(map(Around::Radius(radius)).unwrap_err(), PhotonError::Radius(radius));
     }
     assert!(map(Around::Radius(f64::NAN)).is_err());
-    assert!(FinalGather::new(&scene, shot.clone(), Gather::default(), 0, None).is_err());
+    assert!(FinalGather::new(&scene, &shot.photons, Gather::default(), 0, None).is_err());
 }

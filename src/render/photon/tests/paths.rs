@@ -7,7 +7,6 @@ use crate::math::sum::Moments;
 use crate::render::Radiance;
 use crate::render::path::PathTracer;
 use crate::render::photon::Kept;
-use crate::render::photon::gather::FinalGather;
 use crate::render::photon::kernel::Estimator;
 use crate::render::photon::map::{Around, Gather, PhotonMap};
 use crate::render::photon::progressive::{ALPHA, First, Sppm};
@@ -36,36 +35,6 @@ fn blocks(scene: &Scene, light: &dyn Radiance, samples: u64, seed: u64) -> Vec<M
 }
 
 #[test]
-fn the_cornell_box_is_that_of_path_tracing() {
-    let scene = named("cornell-original", &[]);
-    let paths = blocks(&scene, &PathTracer::default(), 3000, 1);
-    // Independent maps: the error of one map is common to all of its samples.
-    let maps: Vec<Vec<Moments>> = (0..4)
-        .map(|seed| {
-            let shot = Shooting { photons: 50_000, seed, ..Shooting::default() }.shoot(&scene).unwrap();
-            let (_, radius) = scene.bounding_sphere();
-            let around = Around::Nearest { k: 60, reach: 0.1 * radius };
-            let light = FinalGather::new(&scene, shot, Gather { around, ..Gather::default() }, 2, None).unwrap();
-            blocks(&scene, &light, 250, seed + 10)
-        })
-        .collect();
-    let (mut gaps, mut total) = (Moments::default(), (0.0, 0.0));
-    for (block, path) in paths.iter().enumerate() {
-        let photon = maps.iter().map(|map| map[block].mean()).sum::<f64>() / 4.0;
-        total = (total.0 + photon, total.1 + path.mean());
-        // Blocks on the light have emission alone, and edges are in most others: what is compared is the gap against noise.
-        let noise = path.std_err().hypot(maps.iter().map(|map| map[block].std_err()).fold(0.0, f64::hypot) / 4.0);
-        let allowed = 0.02 * path.mean() + 4.5 * noise;
-        assert!((photon - path.mean()).abs() <= allowed, "block {block}: {photon} against {} ± {noise}", path.mean());
-        if path.mean() > 0.0 {
-            gaps.add(photon / path.mean() - 1.0);
-        }
-    }
-    // Over the whole image noise is below 3 in a thousand.
-    assert!((total.0 / total.1 - 1.0).abs() <= 0.01, "{} of the light", total.0 / total.1);
-}
-
-#[test]
 fn progressive_maps_of_the_cornell_box_come_to_path_tracing() {
     let scene = named("cornell-original", &[]);
     let paths = blocks(&scene, &PathTracer::default(), 1500, 1);
@@ -81,7 +50,7 @@ fn progressive_maps_of_the_cornell_box_come_to_path_tracing() {
     // The twin: direct light counted twice, by photons as well as by connection.
     let twice = Shooting { kept: Kept::Global, ..shooting }.shoot(&scene).unwrap();
     let around = Around::Radius(plan.radius(0));
-    let map = PhotonMap::new(&scene, twice.photons, Gather { around, ..Gather::default() }).unwrap();
+    let map = PhotonMap::new(&scene, &twice.photons, Gather { around, ..Gather::default() }).unwrap();
     let all = total(&blocks(&scene, &DirectView::new(map, None), 100, 5)) / total(&paths);
     let direct =
         total(&blocks(&scene, &PathTracer { bounces: Some(1), ..PathTracer::default() }, 500, 6)) / total(&paths);

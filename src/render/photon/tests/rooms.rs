@@ -50,15 +50,15 @@ fn a_wall_of_no_thickness_keeps_a_sealed_room_exactly_dark() {
     };
     for around in [Around::Nearest { k: 50, reach: f64::INFINITY }, Around::Radius(0.3)] {
         let gather = Gather { around, ..Gather::default() };
-        let map = |gather| PhotonMap::new(&scene, shot.photons.clone(), gather).unwrap();
+        let map = |gather| PhotonMap::new(&scene, &shot.photons, gather).unwrap();
         assert_eq!(seen(&DirectView::new(map(gather), None)), 0.0, "{around:?}");
-        let gathered = FinalGather::new(&scene, shot.clone(), gather, 2, None).unwrap();
+        let gathered = FinalGather::new(&scene, &shot.photons, gather, 2, None).unwrap();
         assert_eq!(seen(&gathered), 0.0, "{around:?}");
         // The twin: without the rays that look for walls, the floor lets light through under the wall.
         assert!(seen(&DirectView::new(map(Gather { walls: false, ..gather }), None)) > 0.0);
     }
     let open = two_rooms(false);
-    let map = PhotonMap::new(&open, shoot(&open, 30_000).photons, Gather::default()).unwrap();
+    let map = PhotonMap::new(&open, &shoot(&open, 30_000).photons, Gather::default()).unwrap();
     let mut sampler = Independent::new(1);
     assert!(DirectView::new(map, None).radiance(&open, rays[1], &mut sampler).max_channel() > 0.0);
 }
@@ -71,9 +71,8 @@ fn a_furnace_is_as_bright_as_it_must_be() {
         let (mut seen, mut gathered) = (Moments::default(), Moments::default());
         for seed in 0..20 {
             let shot = Shooting { photons: 20_000, seed, ..Shooting::default() }.shoot(&scene).unwrap();
-            let view =
-                DirectView::new(PhotonMap::new(&scene, shot.photons.clone(), Gather::default()).unwrap(), bounces);
-            let gather = FinalGather::new(&scene, shot, Gather::default(), 2, bounces).unwrap();
+            let view = DirectView::new(PhotonMap::new(&scene, &shot.photons, Gather::default()).unwrap(), bounces);
+            let gather = FinalGather::new(&scene, &shot.photons, Gather::default(), 2, bounces).unwrap();
             let mut sampler = Independent::new(seed);
             // Means of one map, whose errors are one.
             let (mut of_view, mut of_gather) = (Moments::default(), Moments::default());
