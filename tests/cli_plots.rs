@@ -46,6 +46,7 @@ fn every_kind_is_drawn_in_both_formats() {
         &["first-split", "--most", "8", "-n", "4096"],
         &["first-split", "--most", "4", "-n", "1024", "--scene", "cornell-original", "--size", "4x4", "--pixel", "1,2"],
         &["roulette", "--rho", "0.5", "-n", "4096"],
+        &["stores", "--most", "1000", "-k", "10"],
     ] {
         let typed = [&["plot"], kind].concat();
         let shown = stdout(at, &[&typed[..], &["--out", "a.png"]].concat());
@@ -71,7 +72,16 @@ fn what_is_measured_is_told() {
     let first = roulette.lines().nth(1).unwrap();
     assert!(first.contains("<= 0.81") && first.ends_with("inf"), "{roulette}");
     assert!(roulette.contains("unknown"), "next to the pole no error can be known: {roulette}");
+    let stores =
+        stdout(folder.path(), &["plot", "stores", "--scene", "cube-one-emitter", "--most", "20000", "-k", "10"]);
+    let sizes: Vec<&str> = stores.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(sizes[..4], ["1000", "2714", "7368", "20000"], "half a decade or less: {stores}");
+    for store in ["scan", "hash grid", "k-d tree"] {
+        assert!(stores.contains(&format!("{store}: seconds as n^p, p = ")), "{stores}");
+    }
 }
+
+const DARK: &str = r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere"/></scene>"#;
 
 #[test]
 fn what_is_wrong_is_said_in_one_line() {
@@ -80,6 +90,7 @@ fn what_is_wrong_is_said_in_one_line() {
     fs::write(at.join("empty.json"), "{}").unwrap();
     let without_variances = Image::from_rgb(1, 1, &[[1.0; 3]]).unwrap();
     fs::write(at.join("plain.exr"), without_variances.encode(Format::Exr, 0.0).unwrap()).unwrap();
+    fs::write(at.join("dark.xml"), DARK).unwrap();
     refused(at, &["plot"], "convergence, albedo, lobes");
     refused(at, &["plot", "pie"], "known are convergence, albedo, lobes");
     refused(at, &["plot", "lobe", "lambert"], "lobes");
@@ -92,5 +103,9 @@ fn what_is_wrong_is_said_in_one_line() {
     refused(at, &["plot", "roulette", "--rho", "1"], "a number in (0, 1)");
     refused(at, &["plot", "first-split", "--size", "2x2"], "--scene");
     refused(at, &["plot", "first-split", "--scene", "cornell-original", "--pixel", "8,0"], "outside");
-    assert_eq!(fs::read_dir(at).unwrap().count(), 2, "no file is left behind");
+    refused(at, &["plot", "stores", "--most", "999"], "1000..=10000000");
+    refused(at, &["plot", "stores", "--most", "10000001"], "1000..=10000000");
+    refused(at, &["plot", "stores", "-k", "1001"], "1..=1000");
+    refused(at, &["plot", "stores", "--scene", "dark.xml"], "dark.xml: the scene has no light");
+    assert_eq!(fs::read_dir(at).unwrap().count(), 3, "no file is left behind");
 }

@@ -4,6 +4,7 @@ pub mod chart;
 pub mod color;
 pub mod cubature;
 pub mod frame;
+pub mod power_law;
 pub mod quadrature;
 pub mod special;
 pub mod spectrum;

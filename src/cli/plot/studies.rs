@@ -1,4 +1,5 @@
-//! The plots that measure what they show: the first split, Russian roulette, and the links of hierarchical radiosity.
+//! The plots that measure what they show: the first split, Russian roulette, the links of hierarchical radiosity, and stores of
+//! photons.
 
 use std::io::Write;
 
@@ -6,11 +7,13 @@ use anyhow::{Context, bail};
 
 use super::Out;
 use crate::cli::args::{draws, seed};
+use crate::cli::progress;
 use crate::cli::scene_source::SceneOptions;
 use crate::converge::first_split::{Fit, Floor, Law, Pixel, Point};
 use crate::converge::roulette::Furnace;
 use crate::converge::variance::variance_std_err;
 use crate::render::path::PathTracer;
+use crate::render::photon::stores::{Store, Trial, exponents};
 use crate::render::radiosity::hierarchical::{Growth, Hierarchical};
 use crate::report::plot::{self, RoulettePoint};
 use crate::report::table::{Align, Table, short};
@@ -67,6 +70,24 @@ pub(super) struct Links {
     out: Out,
 }
 
+#[derive(Debug, clap::Args)]
+pub(super) struct Stores {
+    /// A file, or the name of a built-in scene, with a light that emits
+    #[arg(long, value_name = "SCENE", default_value = "cornell-original")]
+    scene: String,
+    /// Largest number of photons, from 1000 in steps of half a decade or less; 10000000 take 1.6 GB of memory
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(FEWEST_PHOTONS..=10_000_000), default_value_t = 1_000_000)]
+    most: u64,
+    /// Photons that are searched for
+    #[arg(short = 'k', value_name = "K", value_parser = clap::value_parser!(u64).range(1..=FEWEST_PHOTONS), default_value_t = 100)]
+    k: u64,
+    /// Seed of the photons
+    #[arg(long, value_name = "N", value_parser = seed, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    out: Out,
+}
+
 /// Errors that are held fixed.
 const ERRORS: [f64; 3] = [0.1, 0.03, 0.01];
 /// The smallest number of elements.
@@ -95,6 +116,50 @@ pub(super) fn links(args: &Links, out: &mut dyn Write) -> anyhow::Result<()> {
         }
     }
     picture.write(&plot::links(scene.name(), &growths), out)
+}
+
+/// The smallest number of photons, and the most that are searched for.
+const FEWEST_PHOTONS: u64 = 1000;
+
+pub(super) fn stores(args: &Stores, out: &mut dyn Write) -> anyhow::Result<()> {
+    let picture = args.out.picture("stores")?;
+    let scene = Scene::new(SceneOptions::default().load(&args.scene)?.scene)?;
+    let growth = args.most as f64 / FEWEST_PHOTONS as f64;
+    let steps = (2.0 * growth.log10()).ceil();
+    let sizes = (0..=steps as i32).map(|step| FEWEST_PHOTONS as f64 * growth.powf(f64::from(step) / steps.max(1.0)));
+    let (most, k) = (args.most as usize, args.k as usize);
+    let clock = progress::clock(false, "photons".into());
+    let trial = Trial::new(&scene, most, k, args.seed).context(args.scene.clone())?;
+    let timings: Vec<_> = sizes
+        .map(|size| {
+            clock.set_message(format!("{size:.0} photons"));
+            trial.measure(size.round() as usize)
+        })
+        .collect();
+    clock.finish_and_clear();
+    let mut table = Table::new(
+        &["photons", "scan (s)", "grid (s)", "tree (s)", "build grid (s/photon)", "build tree (s/photon)"]
+            .map(|name| (name, Align::Right)),
+    );
+    for timing in &timings {
+        let [scan, grid, tree] = timing.costs;
+        let build = |seconds: f64| short(seconds / timing.photons as f64);
+        table.row([
+            timing.photons.to_string(),
+            short(scan.query),
+            short(grid.query),
+            short(tree.query),
+            build(grid.build),
+            build(tree.build),
+        ]);
+    }
+    write!(out, "{}", table.text("  "))?;
+    for (store, exponent) in Store::ALL.iter().zip(exponents(&timings)) {
+        if let Some([p, std_err]) = exponent {
+            writeln!(out, "{}: seconds as n^p, p = {p:.3}, standard error {std_err:.3}", store.name())?;
+        }
+    }
+    picture.write(&plot::stores(scene.name(), k, &timings), out)
 }
 
 fn samples(text: &str) -> Result<u64, String> {

@@ -20,6 +20,7 @@ pub mod map;
 pub mod nearest;
 pub mod progressive;
 pub mod shoot;
+pub mod stores;
 pub mod tally;
 pub mod tree;
 pub mod view;

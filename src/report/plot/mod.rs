@@ -19,6 +19,7 @@ mod marks;
 mod raster;
 mod roulette;
 mod shapes;
+mod stores;
 mod style;
 mod variance;
 
@@ -42,6 +43,7 @@ pub use links::links;
 pub use lobes::{LOBE_ANGLES, lobes};
 pub use raster::Raster;
 pub use roulette::{RoulettePoint, roulette};
+pub use stores::stores;
 pub use style::css;
 pub use variance::variance;
 
