@@ -7,6 +7,7 @@ use super::{Estimator, Target};
 /// The names of the targets, with what they are.
 pub const NAMES: &[(&str, &str)] = &[
     ("smooth", "e^(x + y): smooth, and not periodic"),
+    ("sum", "x² + y²: smooth, and a sum of functions of one coordinate each"),
     ("edge", "1 below an oblique line that leaves the square on its sides, 0 above"),
 ];
 
@@ -24,6 +25,11 @@ pub fn square(name: &str) -> Option<Target<'static>> {
                     (p.x + p.y).exp()
                 }),
             )
+        }
+        "sum" => {
+            // ∫ x² = 1/3 and a variance of 1/5 − 1/9, for each coordinate.
+            let variance: f64 = 2.0 * (1.0 / 5.0 - 1.0 / 9.0);
+            (2.0 / 3.0, variance.sqrt(), Box::new(|sampler| sampler.next_2d().length_squared()))
         }
         "edge" => {
             // .3 + .6 / 2 of the square.
