@@ -4,6 +4,7 @@ mod program;
 
 use program::{refused, stdout};
 use serde_json::Value;
+use whitefurnace::image::Image;
 
 fn json(args: &[&str]) -> Value {
     serde_json::from_str(&stdout(args, 0)).expect("JSON")
@@ -71,6 +72,27 @@ fn a_map_is_rendered_by_three_methods_and_goes_on() {
             &["--resume"],
         );
     }
+}
+
+#[test]
+fn an_exr_has_the_error_of_the_map_beside_that_of_the_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let size = ["cornell-original", "--size", "16x16", "--photons", "20000", "--spp", "4", "--quiet", "-o"];
+    let planes = |args: &[&str], name: &str| {
+        let file = path(name);
+        stdout(&[args, &size[..], &[file.to_str().unwrap()]].concat(), 0);
+        let image = Image::read(&file).unwrap();
+        ["Map.StdErr", "Map.Bias"].map(|plane| image.plane(plane).map(<[f32]>::to_vec))
+    };
+    for args in [&["photons"][..], &["render", "--method", "photon"], &["render", "--method", "photon-direct-view"]] {
+        let [deviations, biases] = planes(args, "map.exr").map(|plane| plane.expect("a plane"));
+        let share = deviations.iter().filter(|&&deviation| deviation > 0.0).count();
+        assert!(share > 128 && biases.iter().any(|&bias| bias != 0.0), "{args:?}: {share}");
+        assert!(deviations.iter().chain(&biases).all(|value| value.is_finite()));
+    }
+    // Passes that know nothing of each other: the variance of the samples has that of the maps in it.
+    assert_eq!(planes(&["render", "--method", "sppm"], "sppm.exr"), [None, None]);
 }
 
 #[test]

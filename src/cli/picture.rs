@@ -5,18 +5,46 @@ use std::path::PathBuf;
 use anyhow::Context;
 
 use super::progress;
-use crate::image::Format;
+use crate::image::{Format, Image};
 use crate::render::Radiance;
 use crate::render::film::Film;
+use crate::render::photon::stated::{OfMap, map_errors};
 use crate::render::progressive::{self, Job, Stop};
 use crate::render::provenance::{Provenance, Run};
 use crate::report::save::Target;
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
+/// Images that are written, and how.
+pub(super) type Images = [(Target, Format, PathBuf)];
+
+/// Samples of a pixel by which the error of a map in it is found.
+const MAP_SAMPLES: u32 = 4;
+
+/// The planes `Map.StdErr` and `Map.Bias` of an image that a photon map is part of.
+#[derive(Debug)]
+pub(super) struct MapErrors([Vec<f32>; 2]);
+
+impl MapErrors {
+    /// None where no image has room for planes.
+    pub(super) fn of(scene: &Scene, light: &dyn OfMap, images: &Images, seed: u64) -> Option<Self> {
+        let wanted = images.iter().any(|(_, format, _)| *format == Format::Exr);
+        wanted.then(|| Self(map_errors(scene, light, MAP_SAMPLES, seed)))
+    }
+
+    pub(super) fn push(&self, image: &mut Image) -> anyhow::Result<()> {
+        for (name, plane) in ["Map.StdErr", "Map.Bias"].into_iter().zip(&self.0) {
+            image.push(name, plane.clone())?;
+        }
+        Ok(())
+    }
+}
+
 pub(super) struct Picture<'a> {
     pub(super) scene: &'a Scene,
     pub(super) light: &'a dyn Radiance,
+    /// Where a photon map is part of it.
+    pub(super) map_errors: Option<MapErrors>,
     /// What the light is, in words.
     pub(super) how: String,
     /// Samples per pixel.
@@ -29,7 +57,7 @@ pub(super) struct Picture<'a> {
 
 impl Picture<'_> {
     /// Renders it with a bar on standard error, and writes the files.
-    pub(super) fn write(&self, images: &[(Target, Format, PathBuf)]) -> anyhow::Result<()> {
+    pub(super) fn write(&self, images: &Images) -> anyhow::Result<()> {
         let Self { scene, samples, .. } = *self;
         let (width, height) = (scene.film().width, scene.film().height);
         let kind = SamplerKind::default();
@@ -44,7 +72,10 @@ impl Picture<'_> {
         bar.finish_and_clear();
         let settings = format!("{width}x{height}, {}", self.how);
         let run = Run { seed: self.seed, first: 0, count: film.most_drawn() };
-        let image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
+        let mut image = film.to_image(&Provenance::new(scene.name(), &settings, run, cost.seconds).metadata());
+        if let Some(errors) = &self.map_errors {
+            errors.push(&mut image)?;
+        }
         for (target, format, path) in images {
             let bytes = image.encode(*format, self.exposure)?;
             target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;

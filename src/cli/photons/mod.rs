@@ -5,18 +5,15 @@ mod ply;
 mod report;
 
 use std::io::Write;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context;
 
 use super::job::{Sink, sink, target};
-use super::picture::Picture;
+use super::picture::{Images, MapErrors, Picture};
 use super::{Status, render};
-use crate::image::Format;
 use crate::render::photon::map::PhotonMap;
 use crate::render::photon::view::DirectView;
-use crate::report::save::Target;
 use crate::scene::Scene;
 
 pub(super) use args::{FinalGatherArgs, HELP, MapArgs, PhotonsArgs};
@@ -56,9 +53,10 @@ pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Sta
     Ok(Status::Pass)
 }
 
-fn draw(args: &PhotonsArgs, scene: &Scene, map: PhotonMap, images: &[(Target, Format, PathBuf)]) -> anyhow::Result<()> {
+fn draw(args: &PhotonsArgs, scene: &Scene, map: PhotonMap, images: &Images) -> anyhow::Result<()> {
     let how = format!("{} photons seen, {:?}", args.of_map.photons, map.gather());
     let view = DirectView::new(map, None);
     let PhotonsArgs { spp: samples, seed, exposure, quiet, .. } = *args;
-    Picture { scene, light: &view, how, samples, seed, exposure, quiet }.write(images)
+    let map_errors = MapErrors::of(scene, &view, images, seed);
+    Picture { scene, light: &view, map_errors, how, samples, seed, exposure, quiet }.write(images)
 }

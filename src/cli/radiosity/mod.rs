@@ -6,15 +6,12 @@ mod report;
 mod view_factors;
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use anyhow::Context;
 
 use super::job::{Sink, sink};
-use super::picture::Picture;
+use super::picture::{Images, Picture};
 use super::{Status, progress, render};
-use crate::image::Format;
-use crate::report::save::Target;
 use crate::scene::Scene;
 
 use answer::Answer;
@@ -46,15 +43,11 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
     Ok(status)
 }
 
-fn draw(
-    args: &RadiosityArgs,
-    scene: &Scene,
-    answer: Answer,
-    images: &[(Target, Format, PathBuf)],
-) -> anyhow::Result<()> {
+fn draw(args: &RadiosityArgs, scene: &Scene, answer: Answer, images: &Images) -> anyhow::Result<()> {
     let count = answer.patches().all().len();
     let how = format!("radiosity of {count} patches by {}, {:?}", args.solver().name(), args.display);
     let solution = answer.shown(args.display.into());
     let RadiosityArgs { spp: samples, exposure, quiet, .. } = *args;
-    Picture { scene, light: &solution, how, samples, seed: args.factors.seed, exposure, quiet }.write(images)
+    Picture { scene, light: &solution, map_errors: None, how, samples, seed: args.factors.seed, exposure, quiet }
+        .write(images)
 }

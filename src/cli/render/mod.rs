@@ -16,6 +16,7 @@ use crate::render::checkpoint::Checkpoint;
 use crate::render::film::Film;
 use crate::render::path::{PathTracer, Strategy};
 use crate::render::photon::progressive::Sppm;
+use crate::render::photon::stated::OfMap;
 use crate::render::progressive::{self, Cost, Job, Progress, Stop};
 use crate::render::provenance::{Provenance, Run};
 use crate::sampling::filter::Filter;
@@ -94,6 +95,10 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
             let job = Job { scene: &scene, radiance: &**radiance, filter, sampler: &sampler };
             progressive::render(&job, &mut film, stop, &interrupted, &mut look)
         }
+        Algorithm::OfMap(light) => {
+            let job = Job { scene: &scene, radiance: &**light, filter, sampler: &sampler };
+            progressive::render(&job, &mut film, stop, &interrupted, &mut look)
+        }
         Algorithm::OfPasses(plan) => {
             passes(plan, &scene, (filter, &sampler), &mut film, (stop, &interrupted), &mut look)?
         }
@@ -102,7 +107,11 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
 
     provenance = up_to(&provenance, &film, args.seed);
     provenance.seconds += cost.seconds;
-    let report = Report { state: Checkpoint { film, provenance }, cost, load, build };
+    let map_errors = match &light {
+        Algorithm::OfMap(light) => outputs.map_errors(&scene, &**light, args.seed),
+        Algorithm::Same(_) | Algorithm::OfPasses(_) => None,
+    };
+    let report = Report { state: Checkpoint { film, provenance }, map_errors, cost, load, build };
     outputs.checkpoint_and_images(&report)?;
     Ok((report, interrupted.load(Ordering::Relaxed)))
 }
@@ -133,6 +142,8 @@ fn up_to(before: &Provenance, film: &Film, seed: u64) -> Provenance {
 enum Algorithm {
     /// The same for all samples.
     Same(Box<dyn Radiance>),
+    /// The same, with the error of a map in all of them.
+    OfMap(Box<dyn OfMap>),
     /// Another for each sample of a pixel.
     OfPasses(Sppm),
 }
@@ -184,7 +195,7 @@ fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Algorithm, Str
         }
         MethodArg::Photon => {
             let (light, how) = args.photons.gathered(scene, args.gather, limit(args, scene), args.seed)?;
-            Ok((Algorithm::Same(Box::new(light)), how))
+            Ok((Algorithm::OfMap(Box::new(light)), how))
         }
         MethodArg::Sppm => {
             let (plan, how) = args.photons.progressive(scene, args.gather, limit(args, scene), args.seed)?;
@@ -192,7 +203,7 @@ fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Algorithm, Str
         }
         MethodArg::PhotonDirectView => {
             let (light, how) = args.photons.viewed(scene, limit(args, scene), args.seed)?;
-            Ok((Algorithm::Same(Box::new(light)), how))
+            Ok((Algorithm::OfMap(Box::new(light)), how))
         }
     }
 }

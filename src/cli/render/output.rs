@@ -8,15 +8,20 @@ use serde_json::json;
 
 use super::RenderArgs;
 use crate::cli::job::Sink;
+use crate::cli::picture::MapErrors;
 use crate::image::Format;
 use crate::render::checkpoint::Checkpoint;
+use crate::render::photon::stated::OfMap;
 use crate::render::progressive::Cost;
 use crate::report::save::Target;
+use crate::scene::Scene;
 
 /// A finished rendering.
 #[derive(Debug)]
 pub(super) struct Report {
     pub(super) state: Checkpoint,
+    /// Planes with the error of a photon map.
+    pub(super) map_errors: Option<MapErrors>,
     pub(super) cost: Cost,
     /// Seconds for reading the scene.
     pub(super) load: f64,
@@ -56,6 +61,11 @@ impl Outputs {
         matches!(self.statistics, Some(Sink::Stdout))
     }
 
+    /// The error of a photon map, for images that have room for it.
+    pub(super) fn map_errors(&self, scene: &Scene, light: &dyn OfMap, seed: u64) -> Option<MapErrors> {
+        MapErrors::of(scene, light, &self.images, seed)
+    }
+
     /// Where one of them cannot be written, the samples are put where they can be, so that nothing is lost.
     pub(super) fn checkpoint_and_images(&self, report: &Report) -> anyhow::Result<()> {
         self.checkpoint(&report.state).and_then(|()| self.images(report)).map_err(|error| {
@@ -75,7 +85,10 @@ impl Outputs {
 
     fn images(&self, report: &Report) -> anyhow::Result<()> {
         let Checkpoint { film, provenance } = &report.state;
-        let image = film.to_image(&provenance.metadata());
+        let mut image = film.to_image(&provenance.metadata());
+        if let Some(errors) = &report.map_errors {
+            errors.push(&mut image)?;
+        }
         for (target, format, path) in &self.images {
             let bytes = image.encode(*format, self.exposure)?;
             target.write(&bytes).with_context(|| format!("-o {}: cannot be written", path.display()))?;
@@ -139,7 +152,7 @@ pub(super) fn target(option: &str, path: &Path) -> anyhow::Result<Target> {
 
 impl Report {
     fn statistics(&self) -> String {
-        let Self { state: Checkpoint { film, .. }, cost, load, build } = self;
+        let Self { state: Checkpoint { film, .. }, cost, load, build, .. } = self;
         let statistics = json!({
             "schema": 1,
             "seconds": { "load": load, "build": build, "render": cost.seconds },

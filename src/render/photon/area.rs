@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::visible;
 use crate::math::frame::Frame;
-use crate::scene::{Quadric, Scene, Surface};
+use crate::scene::{Quadric, Ray, Scene, Surface};
 
 /// Cosine of the angle up to which normals count as those of one surface.
 pub const SAME: f64 = 0.9;
@@ -24,20 +25,20 @@ pub(super) enum Outline {
         centre: DVec3,
         radius: f64,
     },
-    /// Not known: taken for endless.
-    Open,
+    /// Not known: found by rays.
+    Unknown,
 }
 
-/// The outline of every shape of a scene. One of more than 64 triangles, or a cylinder, is not known.
+/// The outline of every shape of a scene. That of more than 64 triangles, or of a cylinder, is not known.
 pub(super) fn outlines(scene: &Scene) -> Vec<Outline> {
-    let mut all = vec![Outline::Open; scene.shapes().len()];
+    let mut all = vec![Outline::Unknown; scene.shapes().len()];
     let mut counts = vec![0; all.len()];
     for primitive in 0..scene.triangles() {
         let (corners, shape) = scene.triangle(primitive);
         counts[shape] += 1;
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
         match &mut all[shape] {
-            outline if counts[shape] > MOST => *outline = Outline::Open,
+            outline if counts[shape] > MOST => *outline = Outline::Unknown,
             Outline::Flat(triangles) => triangles.push((corners, normal)),
             outline => *outline = Outline::Flat(vec![(corners, normal)]),
         }
@@ -46,7 +47,7 @@ pub(super) fn outlines(scene: &Scene) -> Vec<Outline> {
         all[shape] = match quadric {
             Quadric::Sphere { radius, .. } => Outline::Sphere { radius },
             Quadric::Disk { centre, x, .. } => Outline::Disk { centre, radius: x.length() },
-            Quadric::Cylinder { .. } => Outline::Open,
+            Quadric::Cylinder { .. } => Outline::Unknown,
         };
     }
     all
@@ -56,11 +57,19 @@ impl Outline {
     /// The area of the shape within `radius` of the point, where normals agree, over π radius².
     ///
     /// Exact on flat surfaces and spheres. Triangles that are bent against the tangent plane count by their projection over
-    /// the cosine.
-    pub(super) fn share(&self, surface: &Surface, radius: f64) -> f64 {
+    /// the cosine. Where the outline is not known, the part of the tangent plane that has the shape above or below it.
+    pub(super) fn share(&self, scene: &Scene, surface: &Surface, radius: f64) -> f64 {
         let disk = PI * radius * radius;
         match self {
-            Self::Open => 1.0,
+            Self::Unknown => {
+                let n = surface.ng;
+                let has = |p| is_above(scene, surface, radius, p);
+                if visible::rim(surface.p, n, radius).all(has) {
+                    return 1.0;
+                }
+                let inside = visible::disk(surface.p, n, radius).filter(|&p| has(p)).count();
+                inside.max(1) as f64 / f64::from(visible::POINTS)
+            }
             // Of a cap all normals within the angle whose cosine is SAME: its height is 1 − SAME radii.
             Self::Sphere { radius: of_sphere } => (2.0 * PI * of_sphere * of_sphere * (1.0 - SAME) / disk).min(1.0),
             Self::Disk { centre, radius: of_disk } => lens(centre.distance(surface.p), radius, *of_disk) / disk,
@@ -80,9 +89,10 @@ impl Outline {
     }
 
     /// Whether the point of the tangent plane lies over the shape.
-    pub(super) fn holds(&self, surface: &Surface, radius: f64, p: DVec3) -> bool {
+    pub(super) fn holds(&self, scene: &Scene, surface: &Surface, radius: f64, p: DVec3) -> bool {
         match self {
-            Self::Open | Self::Sphere { .. } => true,
+            Self::Unknown => is_above(scene, surface, radius, p),
+            Self::Sphere { .. } => true,
             Self::Disk { centre, radius } => centre.distance(p) <= *radius,
             Self::Flat(triangles) => {
                 let n = surface.ng;
@@ -93,6 +103,14 @@ impl Outline {
             }
         }
     }
+}
+
+/// Whether a point of the tangent plane lies above or below the same part of the shape. A surface whose normals agree to
+/// [`SAME`] leaves the plane by less than a quarter of the radius.
+fn is_above(scene: &Scene, surface: &Surface, radius: f64, p: DVec3) -> bool {
+    let (n, height) = (surface.ng, 0.25 * radius);
+    let met = scene.intersect(&Ray::up_to(p + n * height, -n, 2.0 * height));
+    met.is_some_and(|met| met.shape == surface.shape && met.ng.dot(n).abs() > SAME)
 }
 
 /// Whether a triangle is of the same part of the surface: it faces the same way and is no farther than the radius, or it lies

@@ -11,6 +11,7 @@
 
 use super::map::{Around, Gather, PhotonMap};
 use super::shoot::{next_surface, stores};
+use super::stated::{OfMap, Stated};
 use super::view::{mirrored, through_mirrors};
 use super::{History, Photon, PhotonError};
 use crate::bsdf::{Density, Uniforms};
@@ -81,10 +82,10 @@ impl FinalGather {
         depth: u32,
         (rays, nested): (u32, u32),
         sampler: &mut dyn Sampler,
-    ) -> Rgb {
-        let mut sum = connected(scene, vertex, Some(rays), self.limit() - depth - 1, sampler);
+    ) -> Stated {
+        let mut sum = Stated::from(connected(scene, vertex, Some(rays), self.limit() - depth - 1, sampler));
         if let Some(caustic) = &self.caustic {
-            sum += caustic.reflected(scene, vertex, self.limit() - depth - 1).value;
+            sum += caustic.reflected(scene, vertex, self.limit() - depth - 1).into();
         }
         let (lobe, dir) = (sampler.next_1d(), sampler.next_2d());
         let share = 1.0 / f64::from(rays);
@@ -95,7 +96,7 @@ impl FinalGather {
             let Density::SolidAngle(pdf) = drawn.density else { continue };
             let ray = scene.leave(vertex.surface, drawn.wi);
             let incoming = self.incoming(scene, vertex, ray, pdf * f64::from(rays), (depth + 1, nested), sampler);
-            sum += drawn.weight * incoming * share;
+            sum += incoming * (drawn.weight * share);
         }
         sum
     }
@@ -109,21 +110,21 @@ impl FinalGather {
         pdf: f64,
         (mut depth, nested): (u32, u32),
         sampler: &mut dyn Sampler,
-    ) -> Rgb {
-        let (mut sum, mut throughput, mut straight) = (Rgb::BLACK, Rgb::WHITE, true);
+    ) -> Stated {
+        let (mut sum, mut throughput, mut straight) = (Stated::default(), Rgb::WHITE, true);
         let (emitters, p) = (scene.emitters(), vertex.surface.p);
         loop {
             let Some(surface) = next_surface(scene, &mut ray, sampler) else {
                 if straight {
                     for (radiance, connection) in emitters.escaped(ray.dir) {
-                        sum += radiance * Heuristic::Power.weight(pdf, connection);
+                        sum.value += radiance * Heuristic::Power.weight(pdf, connection);
                     }
                 }
                 return sum;
             };
             if straight && let Some((emitter, radiance)) = emitters.emitted(&surface, -ray.dir) {
                 let connection = emitters.pdf(LightSampling::default(), emitter, p, ray.dir, &surface);
-                sum += radiance * Heuristic::Power.weight(pdf, connection);
+                sum.value += radiance * Heuristic::Power.weight(pdf, connection);
             }
             if depth >= self.limit() {
                 return sum;
@@ -132,12 +133,12 @@ impl FinalGather {
             if stores(&met) {
                 let reading = self.global.reflected(scene, &met, self.limit() - depth - 1);
                 let near = surface.p.distance(p) < reading.radius;
-                sum += throughput
-                    * if near && nested > 0 {
-                        self.reflected(scene, &met, depth, (1, nested - 1), sampler)
-                    } else {
-                        reading.value
-                    };
+                let seen = if near && nested > 0 {
+                    self.reflected(scene, &met, depth, (1, nested - 1), sampler)
+                } else {
+                    reading.into()
+                };
+                sum += seen * throughput;
             }
             depth += 1;
             straight = false;
@@ -176,6 +177,12 @@ pub(super) fn connected(
 
 impl Radiance for FinalGather {
     fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
+        self.stated(scene, ray, sampler).value
+    }
+}
+
+impl OfMap for FinalGather {
+    fn stated(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Stated {
         through_mirrors(scene, ray, self.limit(), sampler, |vertex, depth, sampler| {
             self.reflected(scene, vertex, depth, (self.rays, NESTED), sampler)
         })

@@ -276,7 +276,7 @@ impl PhotonMap {
         }
         let mut area = PI * radius2;
         if self.gather.edges && photons > 0 {
-            area *= shape.outline.share(surface, radius);
+            area *= shape.outline.share(scene, surface, radius);
             if !open {
                 area *= visible::share(scene, surface, n, radius, &shape.outline);
             }

@@ -4,7 +4,7 @@
 //! [`Shooting`](shoot::Shooting) sends photons out, [`PhotonMap`](map::PhotonMap) keeps them sorted, a [`Gather`](map::Gather)
 //! says how the density at a point is estimated. [`DirectView`](view::DirectView) shows the map itself,
 //! [`FinalGather`](gather::FinalGather) uses it for light that is reflected twice and more, [`Sppm`](progressive::Sppm) makes
-//! a new one for every sample of the image.
+//! a new one for every sample of the image. [`stated`] tells what a map is wrong by.
 //!
 //! The density is irradiance E \[W/m²\]: E ≈ Σ w(r_i² / r²) Φ_i / (π r²), with the fluxes Φ_i of the photons within r and a
 //! kernel w whose mean over the disk is 1. See [`kernel`] for the kernels, their bias and their variance.
@@ -20,6 +20,7 @@ pub mod map;
 pub mod nearest;
 pub mod progressive;
 pub mod shoot;
+pub mod stated;
 pub mod stores;
 pub mod tally;
 pub mod tree;

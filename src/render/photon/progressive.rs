@@ -120,10 +120,11 @@ impl Pass {
 impl Radiance for Pass {
     fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
         let limit = self.bounces.unwrap_or(u32::MAX);
-        through_mirrors(scene, ray, limit, sampler, |vertex, depth, sampler| {
+        let seen = through_mirrors(scene, ray, limit, sampler, |vertex, depth, sampler| {
             let left = limit - depth - 1;
-            connected(scene, vertex, None, left, sampler) + self.map.reflected(scene, vertex, left).value
-        })
+            (connected(scene, vertex, None, left, sampler) + self.map.reflected(scene, vertex, left).value).into()
+        });
+        seen.value
     }
 }
 

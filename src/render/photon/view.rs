@@ -2,6 +2,7 @@
 
 use super::map::PhotonMap;
 use super::shoot::{next_surface, stores};
+use super::stated::{OfMap, Stated};
 use crate::bsdf::{Density, Lobes};
 use crate::math::color::Rgb;
 use crate::render::Radiance;
@@ -34,9 +35,15 @@ impl DirectView {
 
 impl Radiance for DirectView {
     fn radiance(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Rgb {
+        self.stated(scene, ray, sampler).value
+    }
+}
+
+impl OfMap for DirectView {
+    fn stated(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Stated {
         let limit = self.bounces.unwrap_or(u32::MAX);
         through_mirrors(scene, ray, limit, sampler, |vertex, depth, _| {
-            self.map.reflected(scene, vertex, limit - depth - 1).value
+            self.map.reflected(scene, vertex, limit - depth - 1).into()
         })
     }
 }
@@ -48,22 +55,23 @@ pub(super) fn through_mirrors(
     mut ray: Ray,
     limit: u32,
     sampler: &mut dyn Sampler,
-    mut shade: impl FnMut(&Vertex, u32, &mut dyn Sampler) -> Rgb,
-) -> Rgb {
-    let (mut sum, mut throughput, mut depth) = (Rgb::BLACK, Rgb::WHITE, 0);
+    mut shade: impl FnMut(&Vertex, u32, &mut dyn Sampler) -> Stated,
+) -> Stated {
+    let (mut sum, mut throughput, mut depth) = (Stated::default(), Rgb::WHITE, 0);
     loop {
         let Some(surface) = next_surface(scene, &mut ray, sampler) else {
-            return sum + throughput * scene.emitters().escaped(ray.dir).map(|(radiance, _)| radiance).sum::<Rgb>();
+            sum.value += throughput * scene.emitters().escaped(ray.dir).map(|(radiance, _)| radiance).sum::<Rgb>();
+            return sum;
         };
         if let Some((_, radiance)) = scene.emitters().emitted(&surface, -ray.dir) {
-            sum += throughput * radiance;
+            sum.value += throughput * radiance;
         }
         if depth >= limit {
             return sum;
         }
         let vertex = Vertex::new(scene, &ray, &surface);
         if stores(&vertex) {
-            sum += throughput * shade(&vertex, depth, sampler);
+            sum += shade(&vertex, depth, sampler) * throughput;
         }
         depth += 1;
         let Some((next, weight)) = mirrored(scene, &vertex, depth, throughput, sampler) else { return sum };

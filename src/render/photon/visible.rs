@@ -13,16 +13,31 @@ use crate::scene::{Ray, Scene, Surface};
 
 const SPOKES: u32 = 8;
 /// Points of the disk by which the part of it that is seen is measured, where not all is.
-const POINTS: u32 = 64;
+pub(super) const POINTS: u32 = 64;
 
 /// Whether nothing stands between the point and any point of the octagon around the disk. `n` is the side.
 pub(super) fn is_open(scene: &Scene, p: DVec3, n: DVec3, radius: f64) -> bool {
     let from = scene.lifted(p, n);
-    let frame = Frame::about(n);
     let reach = radius / (PI / f64::from(SPOKES)).cos();
-    (0..SPOKES).all(|i| {
+    rim(from, n, reach).all(|to| is_clear(scene, from, to, n))
+}
+
+/// Eight points of a circle.
+pub(super) fn rim(centre: DVec3, n: DVec3, radius: f64) -> impl Iterator<Item = DVec3> {
+    let frame = Frame::about(n);
+    (0..SPOKES).map(move |i| {
         let (sin, cos) = (TAU * (f64::from(i) + 0.5) / f64::from(SPOKES)).sin_cos();
-        is_clear(scene, from, from + frame.to_world(DVec3::new(cos, sin, 0.0)) * reach, n)
+        centre + frame.to_world(DVec3::new(cos, sin, 0.0)) * radius
+    })
+}
+
+/// [`POINTS`] points of a disk, for equal areas each: a sunflower, turned by the golden angle.
+pub(super) fn disk(centre: DVec3, n: DVec3, radius: f64) -> impl Iterator<Item = DVec3> {
+    let frame = Frame::about(n);
+    (0..POINTS).map(move |i| {
+        let r = radius * ((f64::from(i) + 0.5) / f64::from(POINTS)).sqrt();
+        let at = DVec2::from_angle(f64::from(i) * PI * (3.0 - 5.0_f64.sqrt())) * r;
+        centre + frame.to_world(at.extend(0.0))
     })
 }
 
@@ -33,14 +48,9 @@ pub(super) fn sees(scene: &Scene, (p, n): (DVec3, DVec3), (q, m): (DVec3, DVec3)
 
 /// The share of the disk's surface that is seen.
 pub(super) fn share(scene: &Scene, surface: &Surface, n: DVec3, radius: f64, outline: &Outline) -> f64 {
-    let frame = Frame::about(n);
     let (mut inside, mut seen) = (0_u32, 0_u32);
-    for i in 0..POINTS {
-        // A sunflower: equal areas, turned by the golden angle.
-        let r = radius * ((f64::from(i) + 0.5) / f64::from(POINTS)).sqrt();
-        let at = DVec2::from_angle(f64::from(i) * PI * (3.0 - 5.0_f64.sqrt())) * r;
-        let q = surface.p + frame.to_world(at.extend(0.0));
-        if outline.holds(surface, radius, q) {
+    for q in disk(surface.p, n, radius) {
+        if outline.holds(scene, surface, radius, q) {
             inside += 1;
             seen += u32::from(sees(scene, (surface.p, n), (q, n)));
         }

@@ -1,5 +1,7 @@
 //! The density of photons at a point: edges, variance, bias.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 use super::{build, floor, grey, quad, shape};
@@ -8,7 +10,7 @@ use crate::math::sum::Moments;
 use crate::render::photon::kernel::Estimator;
 use crate::render::photon::map::{Around, Gather, PhotonMap};
 use crate::render::photon::shoot::Shooting;
-use crate::scene::{Light, Ray, Scene};
+use crate::scene::{Geometry, Light, Mesh, Ray, Scene};
 
 /// Mean irradiance over maps at `p` of the floor, relative to that of a constant field, with its standard error.
 fn relative(scene: &Scene, p: DVec2, gather: Gather, irradiance: f64, maps: u64) -> Moments {
@@ -40,6 +42,53 @@ fn edges_are_dark_without_the_correction_and_right_with_it() {
                 assert!((with.mean() - 1.0).abs() <= 4.5 * with.std_err(), "{p} {gather:?}: {with:?}");
                 assert!((without.mean() - factor).abs() <= 4.5 * without.std_err(), "{p} {gather:?}: {without:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn edges_of_fine_meshes_and_tubes_are_found_by_rays() {
+    // The unit square in 20 x 20 cells of two triangles: too many to be cut one by one.
+    let grid = |i: u32, j: u32| DVec3::new(f64::from(i), f64::from(j), 0.0) / 20.0;
+    let places: Vec<DVec3> = (0..=20).flat_map(|j| (0..=20).map(move |i| grid(i, j))).collect();
+    let cells = (0..20).flat_map(|j| (0..20).map(move |i| 21 * j + i));
+    let triangles = cells.flat_map(|at| [[at, at + 1, at + 22], [at, at + 22, at + 21]]).collect();
+    let mesh = shape("mesh", Geometry::Mesh(Arc::new(Mesh::new(places, triangles).unwrap())), 0);
+    // A stone on it, which hides none of the places asked about.
+    let stone = shape("stone", Geometry::Sphere { centre: DVec3::new(0.5, 0.8, 0.05), radius: 0.05 }, 0);
+    let lights = vec![Light::Directional { direction: -DVec3::Z, irradiance: Rgb::WHITE }];
+    let scene = build(vec![grey(0.0)], vec![mesh, stone], lights);
+    let near = 1e-6;
+    for (p, factor) in [((0.5, 0.5), 1.0), ((near, 0.5), 0.5), ((1.0 - near, 1.0 - near), 0.25)] {
+        for around in [Around::Nearest { k: 50, reach: f64::INFINITY }, Around::Radius(0.08)] {
+            let gather = Gather { around, estimator: Estimator::KMinusOne, ..Gather::default() };
+            let with = relative(&scene, DVec2::new(p.0, p.1), gather, 1.0, 40);
+            let without = relative(&scene, DVec2::new(p.0, p.1), Gather { edges: false, ..gather }, 1.0, 40);
+            // 4.5 sigma, and one of the points that a straight line through 64 of a disk may miscount, of a quarter of them.
+            assert!((with.mean() - 1.0).abs() <= 4.5 * with.std_err() + 1.0 / 16.0, "{p:?} {around:?}: {with:?}");
+            assert!((without.mean() - factor).abs() <= 4.5 * without.std_err(), "{p:?} {around:?}: {without:?}");
+        }
+    }
+
+    // A tube along x, and parallel light along -z: at its top E = 1 up to the cosine, 1 - r²/8 on the mean of a disk.
+    let tube = Geometry::Cylinder { from: DVec3::ZERO, to: DVec3::X, radius: 1.0 };
+    let lights = vec![Light::Directional { direction: -DVec3::Z, irradiance: Rgb::WHITE }];
+    let scene = build(vec![grey(0.0)], vec![shape("tube", tube, 0)], lights);
+    for (x, factor) in [(0.5, 1.0), (near, 0.5)] {
+        let ray = Ray::new(DVec3::new(x, 0.0, 2.0), -DVec3::Z);
+        let surface = scene.intersect(&ray).expect("the tube");
+        for edges in [true, false] {
+            let gather = Gather { around: Around::Radius(0.1), edges, ..Gather::default() };
+            let mut moments = Moments::default();
+            for seed in 0..40 {
+                let shot = Shooting { photons: 50_000, seed, ..Shooting::default() }.shoot(&scene).unwrap();
+                let map = PhotonMap::new(&scene, &shot.photons, gather).unwrap();
+                moments.add(map.irradiance(&scene, &surface, DVec3::Z).value.mean());
+            }
+            let expected = if edges { 1.0 } else { factor };
+            // As above: one of 32 points; the cosine takes less than .2 %.
+            let allowed = 4.5 * moments.std_err() + if edges { 1.0 / 32.0 } else { 0.002 };
+            assert!((moments.mean() - expected).abs() <= allowed, "{x}, {edges}: {moments:?}");
         }
     }
 }

@@ -5,6 +5,7 @@ mod glass;
 mod lights;
 mod paths;
 mod rooms;
+mod stated;
 
 use std::sync::Arc;
 
