@@ -15,21 +15,32 @@ use crate::report::save::Target;
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::Scene;
 
-/// Images that are written, and how.
-pub(super) type Images = [(Target, Format, PathBuf)];
+/// An image that is to be written: where, how, and under what name.
+pub(super) type Named = (Target, Format, PathBuf);
 
-/// Samples of a pixel by which the error of a map in it is found.
-const MAP_SAMPLES: u32 = 4;
+/// Samples of a pixel by which the error of a map in it is found, at most.
+const MAP_SAMPLES: u64 = 4;
 
 /// The planes `Map.StdErr` and `Map.Bias` of an image that a photon map is part of.
 #[derive(Debug)]
 pub(super) struct MapErrors([Vec<f32>; 2]);
 
 impl MapErrors {
-    /// None where no image has room for planes.
-    pub(super) fn of(scene: &Scene, light: &dyn OfMap, images: &Images, seed: u64) -> Option<Self> {
+    /// By no more samples of a pixel than it has. None where no image has room for planes.
+    pub(super) fn of(
+        scene: &Scene,
+        light: &dyn OfMap,
+        images: &[Named],
+        samples: u64,
+        (seed, quiet): (u64, bool),
+    ) -> Option<Self> {
         let wanted = images.iter().any(|(_, format, _)| *format == Format::Exr);
-        wanted.then(|| Self(map_errors(scene, light, MAP_SAMPLES, seed)))
+        wanted.then(|| {
+            let clock = progress::clock(quiet, "error of the photon map".into());
+            let errors = map_errors(scene, light, samples.min(MAP_SAMPLES) as u32, seed);
+            clock.finish_and_clear();
+            Self(errors)
+        })
     }
 
     pub(super) fn push(&self, image: &mut Image) -> anyhow::Result<()> {
@@ -57,7 +68,7 @@ pub(super) struct Picture<'a> {
 
 impl Picture<'_> {
     /// Renders it with a bar on standard error, and writes the files.
-    pub(super) fn write(&self, images: &Images) -> anyhow::Result<()> {
+    pub(super) fn write(&self, images: &[Named]) -> anyhow::Result<()> {
         let Self { scene, samples, .. } = *self;
         let (width, height) = (scene.film().width, scene.film().height);
         let kind = SamplerKind::default();

@@ -332,14 +332,22 @@ impl Scene {
         Some((ray, drawn.power))
     }
 
+    /// Area of each shape, one side of its surface.
+    pub fn areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.shapes().len()];
+        for primitive in 0..self.triangles() {
+            let ([a, b, c], shape) = self.triangle(primitive);
+            areas[shape] += 0.5 * (b - a).cross(c - a).length();
+        }
+        for (quadric, shape, _) in self.quadrics() {
+            areas[shape] += quadric.area();
+        }
+        areas
+    }
+
     /// Area of all surfaces, one side of each.
     pub fn area(&self) -> f64 {
-        let of_triangle = |primitive: usize| {
-            let ([a, b, c], _) = self.triangle(primitive);
-            0.5 * (b - a).cross(c - a).length()
-        };
-        let triangles: f64 = (0..self.triangles()).map(of_triangle).sum();
-        triangles + self.quadrics().map(|(quadric, ..)| quadric.area()).sum::<f64>()
+        self.areas().into_iter().sum()
     }
 
     /// Centre and radius of a sphere around all surfaces.

@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::Context;
 
 use super::job::{Sink, sink, target};
-use super::picture::{Images, MapErrors, Picture};
+use super::picture::{MapErrors, Named, Picture};
 use super::{Status, render};
 use crate::render::photon::map::PhotonMap;
 use crate::render::photon::view::DirectView;
@@ -34,6 +34,7 @@ pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Sta
     let map = pool
         .install(|| PhotonMap::new(&scene, &shot.photons, gather))
         .with_context(|| args.scene.typed().to_string())?;
+    drop(shot.photons);
     let sort = start.elapsed().as_secs_f64() - shoot;
     let report = Report { scene: &scene, map: &map, tally: &tally, kept: args.map.into(), shoot, sort };
     match &json {
@@ -53,10 +54,10 @@ pub(super) fn run(args: &PhotonsArgs, out: &mut dyn Write) -> anyhow::Result<Sta
     Ok(Status::Pass)
 }
 
-fn draw(args: &PhotonsArgs, scene: &Scene, map: PhotonMap, images: &Images) -> anyhow::Result<()> {
+fn draw(args: &PhotonsArgs, scene: &Scene, map: PhotonMap, images: &[Named]) -> anyhow::Result<()> {
     let how = format!("{} photons seen, {:?}", args.of_map.photons, map.gather());
     let view = DirectView::new(map, None);
     let PhotonsArgs { spp: samples, seed, exposure, quiet, .. } = *args;
-    let map_errors = MapErrors::of(scene, &view, images, seed);
+    let map_errors = MapErrors::of(scene, &view, images, samples, (seed, quiet));
     Picture { scene, light: &view, map_errors, how, samples, seed, exposure, quiet }.write(images)
 }

@@ -71,7 +71,7 @@ struct Seconds {
 impl Report<'_> {
     pub(super) fn json(&self) -> anyhow::Result<String> {
         let Self { scene, tally, .. } = self;
-        let areas = areas(scene);
+        let areas = scene.areas();
         let surfaces = scene.shapes().iter().zip(&tally.shapes).zip(areas).map(|((shape, of_shape), area)| Surface {
             name: shape.name.clone(),
             area,
@@ -112,7 +112,7 @@ impl Report<'_> {
             right("absorbed"),
         ];
         let mut table = Table::new(&heads);
-        for ((shape, of_shape), area) in scene.shapes().iter().zip(&tally.shapes).zip(areas(scene)) {
+        for ((shape, of_shape), area) in scene.shapes().iter().zip(&tally.shapes).zip(scene.areas()) {
             table.row([
                 shape.name.clone(),
                 short(area),
@@ -155,17 +155,4 @@ impl Report<'_> {
 /// JSON has no infinity: the error of one photon is not known.
 fn finite(x: f64) -> f64 {
     if x.is_finite() { x } else { f64::MAX }
-}
-
-/// The area of each shape.
-fn areas(scene: &Scene) -> Vec<f64> {
-    let mut areas = vec![0.0; scene.shapes().len()];
-    for primitive in 0..scene.triangles() {
-        let ([a, b, c], shape) = scene.triangle(primitive);
-        areas[shape] += 0.5 * (b - a).cross(c - a).length();
-    }
-    for (quadric, shape, _) in scene.quadrics() {
-        areas[shape] += quadric.area();
-    }
-    areas
 }

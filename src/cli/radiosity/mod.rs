@@ -10,7 +10,7 @@ use std::io::Write;
 use anyhow::Context;
 
 use super::job::{Sink, sink};
-use super::picture::{Images, Picture};
+use super::picture::{Named, Picture};
 use super::{Status, progress, render};
 use crate::scene::Scene;
 
@@ -43,7 +43,7 @@ pub(super) fn run(args: &RadiosityArgs, out: &mut dyn Write) -> anyhow::Result<S
     Ok(status)
 }
 
-fn draw(args: &RadiosityArgs, scene: &Scene, answer: Answer, images: &Images) -> anyhow::Result<()> {
+fn draw(args: &RadiosityArgs, scene: &Scene, answer: Answer, images: &[Named]) -> anyhow::Result<()> {
     let count = answer.patches().all().len();
     let how = format!("radiosity of {count} patches by {}, {:?}", args.solver().name(), args.display);
     let solution = answer.shown(args.display.into());

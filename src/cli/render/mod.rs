@@ -90,15 +90,13 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
             kept = Instant::now();
         }
     };
+    let mut rendered = |radiance: &dyn Radiance, film: &mut Film| {
+        let job = Job { scene: &scene, radiance, filter, sampler: &sampler };
+        progressive::render(&job, film, stop, &interrupted, &mut look)
+    };
     let cost = match &light {
-        Algorithm::Same(radiance) => {
-            let job = Job { scene: &scene, radiance: &**radiance, filter, sampler: &sampler };
-            progressive::render(&job, &mut film, stop, &interrupted, &mut look)
-        }
-        Algorithm::OfMap(light) => {
-            let job = Job { scene: &scene, radiance: &**light, filter, sampler: &sampler };
-            progressive::render(&job, &mut film, stop, &interrupted, &mut look)
-        }
+        Algorithm::Same(radiance) => rendered(&**radiance, &mut film),
+        Algorithm::OfMap(light) => rendered(&**light, &mut film),
         Algorithm::OfPasses(plan) => {
             passes(plan, &scene, (filter, &sampler), &mut film, (stop, &interrupted), &mut look)?
         }
@@ -107,13 +105,18 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
 
     provenance = up_to(&provenance, &film, args.seed);
     provenance.seconds += cost.seconds;
+    let was_interrupted = interrupted.load(Ordering::Relaxed);
+    let state = Checkpoint { film, provenance };
     let map_errors = match &light {
-        Algorithm::OfMap(light) => outputs.map_errors(&scene, &**light, args.seed),
-        Algorithm::Same(_) | Algorithm::OfPasses(_) => None,
+        Algorithm::OfMap(light) if !was_interrupted => {
+            outputs.checkpoint(&state)?;
+            outputs.map_errors(&scene, &**light, &state.film, args)
+        }
+        _ => None,
     };
-    let report = Report { state: Checkpoint { film, provenance }, map_errors, cost, load, build };
+    let report = Report { state, map_errors, cost, load, build };
     outputs.checkpoint_and_images(&report)?;
-    Ok((report, interrupted.load(Ordering::Relaxed)))
+    Ok((report, was_interrupted))
 }
 
 /// A film without samples, in batches of so many, or the one that is gone on with, in its own batches.
@@ -194,7 +197,9 @@ fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Algorithm, Str
             Ok((Algorithm::Same(Box::new(solution)), how))
         }
         MethodArg::Photon => {
+            let clock = progress::clock(args.quiet, "photons".into());
             let (light, how) = args.photons.gathered(scene, args.gather, limit(args, scene), args.seed)?;
+            clock.finish_and_clear();
             Ok((Algorithm::OfMap(Box::new(light)), how))
         }
         MethodArg::Sppm => {
@@ -202,7 +207,9 @@ fn algorithm(args: &RenderArgs, scene: &Scene) -> anyhow::Result<(Algorithm, Str
             Ok((Algorithm::OfPasses(plan), how))
         }
         MethodArg::PhotonDirectView => {
+            let clock = progress::clock(args.quiet, "photons".into());
             let (light, how) = args.photons.viewed(scene, limit(args, scene), args.seed)?;
+            clock.finish_and_clear();
             Ok((Algorithm::OfMap(Box::new(light)), how))
         }
     }

@@ -8,9 +8,10 @@ use serde_json::json;
 
 use super::RenderArgs;
 use crate::cli::job::Sink;
-use crate::cli::picture::MapErrors;
+use crate::cli::picture::{MapErrors, Named};
 use crate::image::Format;
 use crate::render::checkpoint::Checkpoint;
+use crate::render::film::Film;
 use crate::render::photon::stated::OfMap;
 use crate::render::progressive::Cost;
 use crate::report::save::Target;
@@ -32,7 +33,7 @@ pub(super) struct Report {
 /// Where everything goes.
 #[derive(Debug)]
 pub(super) struct Outputs {
-    images: Vec<(Target, Format, PathBuf)>,
+    images: Vec<Named>,
     checkpoint: Option<Target>,
     statistics: Option<Sink>,
     exposure: f64,
@@ -62,8 +63,14 @@ impl Outputs {
     }
 
     /// The error of a photon map, for images that have room for it.
-    pub(super) fn map_errors(&self, scene: &Scene, light: &dyn OfMap, seed: u64) -> Option<MapErrors> {
-        MapErrors::of(scene, light, &self.images, seed)
+    pub(super) fn map_errors(
+        &self,
+        scene: &Scene,
+        light: &dyn OfMap,
+        film: &Film,
+        args: &RenderArgs,
+    ) -> Option<MapErrors> {
+        MapErrors::of(scene, light, &self.images, film.most_drawn(), (args.seed, args.quiet))
     }
 
     /// Where one of them cannot be written, the samples are put where they can be, so that nothing is lost.
@@ -135,7 +142,7 @@ impl Outputs {
 }
 
 /// Where images go, and in which format.
-pub(in crate::cli) fn images(paths: &[PathBuf]) -> anyhow::Result<Vec<(Target, Format, PathBuf)>> {
+pub(in crate::cli) fn images(paths: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
     if let Some(twice) = (1..paths.len()).find(|&i| paths[..i].contains(&paths[i])) {
         bail!("-o {}: the same file is named twice", paths[twice].display());
     }

@@ -4,12 +4,14 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::visible;
+use super::disk::{POINTS, disk, rim};
 use crate::math::frame::Frame;
 use crate::scene::{Quadric, Ray, Scene, Surface};
 
 /// Cosine of the angle up to which normals count as those of one surface.
 pub const SAME: f64 = 0.9;
+/// Surfaces that a ray which looks for an outline goes through.
+const LAYERS: u32 = 16;
 /// Triangles of a shape up to which they are cut with the disk.
 const MOST: usize = 64;
 
@@ -25,20 +27,23 @@ pub(super) enum Outline {
         centre: DVec3,
         radius: f64,
     },
-    /// Not known: found by rays.
-    Unknown,
+    /// Found by rays; the area is known.
+    Unknown {
+        area: f64,
+    },
 }
 
 /// The outline of every shape of a scene. That of more than 64 triangles, or of a cylinder, is not known.
 pub(super) fn outlines(scene: &Scene) -> Vec<Outline> {
-    let mut all = vec![Outline::Unknown; scene.shapes().len()];
+    let mut all: Vec<Outline> = scene.areas().into_iter().map(|area| Outline::Unknown { area }).collect();
+    let unknown = all.clone();
     let mut counts = vec![0; all.len()];
     for primitive in 0..scene.triangles() {
         let (corners, shape) = scene.triangle(primitive);
         counts[shape] += 1;
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
         match &mut all[shape] {
-            outline if counts[shape] > MOST => *outline = Outline::Unknown,
+            outline if counts[shape] > MOST => *outline = unknown[shape].clone(),
             Outline::Flat(triangles) => triangles.push((corners, normal)),
             outline => *outline = Outline::Flat(vec![(corners, normal)]),
         }
@@ -47,7 +52,7 @@ pub(super) fn outlines(scene: &Scene) -> Vec<Outline> {
         all[shape] = match quadric {
             Quadric::Sphere { radius, .. } => Outline::Sphere { radius },
             Quadric::Disk { centre, x, .. } => Outline::Disk { centre, radius: x.length() },
-            Quadric::Cylinder { .. } => Outline::Unknown,
+            Quadric::Cylinder { .. } => continue,
         };
     }
     all
@@ -59,20 +64,21 @@ impl Outline {
     /// Exact on flat surfaces and spheres. Triangles that are bent against the tangent plane count by their projection over
     /// the cosine. Where the outline is not known, the part of the tangent plane that has the shape above or below it.
     pub(super) fn share(&self, scene: &Scene, surface: &Surface, radius: f64) -> f64 {
-        let disk = PI * radius * radius;
+        let circle = PI * radius * radius;
         match self {
-            Self::Unknown => {
+            Self::Unknown { area } => {
                 let n = surface.ng;
-                let has = |p| is_above(scene, surface, radius, p);
-                if visible::rim(surface.p, n, radius).all(has) {
+                let has = |p| is_at(scene, surface, radius, p);
+                if rim(surface.p, n, radius).all(has) {
                     return 1.0;
                 }
-                let inside = visible::disk(surface.p, n, radius).filter(|&p| has(p)).count();
-                inside.max(1) as f64 / f64::from(visible::POINTS)
+                // The point itself is of the surface.
+                let inside = disk(surface.p, n, radius).filter(|&p| has(p)).count().max(1);
+                (inside as f64 / f64::from(POINTS)).min(area / circle)
             }
             // Of a cap all normals within the angle whose cosine is SAME: its height is 1 − SAME radii.
-            Self::Sphere { radius: of_sphere } => (2.0 * PI * of_sphere * of_sphere * (1.0 - SAME) / disk).min(1.0),
-            Self::Disk { centre, radius: of_disk } => lens(centre.distance(surface.p), radius, *of_disk) / disk,
+            Self::Sphere { radius: of_sphere } => (2.0 * PI * of_sphere * of_sphere * (1.0 - SAME) / circle).min(1.0),
+            Self::Disk { centre, radius: of_disk } => lens(centre.distance(surface.p), radius, *of_disk) / circle,
             Self::Flat(triangles) => {
                 let frame = Frame::about(surface.ng);
                 let near = triangles.iter().filter(|triangle| belongs(triangle, surface, radius));
@@ -83,7 +89,7 @@ impl Outline {
                     })
                     .sum();
                 // A point of the surface has some around it; less than this is rounding.
-                (area / disk).max(1e-3)
+                (area / circle).max(1e-12)
             }
         }
     }
@@ -91,7 +97,7 @@ impl Outline {
     /// Whether the point of the tangent plane lies over the shape.
     pub(super) fn holds(&self, scene: &Scene, surface: &Surface, radius: f64, p: DVec3) -> bool {
         match self {
-            Self::Unknown => is_above(scene, surface, radius, p),
+            Self::Unknown { .. } => is_at(scene, surface, radius, p),
             Self::Sphere { .. } => true,
             Self::Disk { centre, radius } => centre.distance(p) <= *radius,
             Self::Flat(triangles) => {
@@ -105,12 +111,20 @@ impl Outline {
     }
 }
 
-/// Whether a point of the tangent plane lies above or below the same part of the shape. A surface whose normals agree to
-/// [`SAME`] leaves the plane by less than a quarter of the radius.
-fn is_above(scene: &Scene, surface: &Surface, radius: f64, p: DVec3) -> bool {
-    let (n, height) = (surface.ng, 0.25 * radius);
-    let met = scene.intersect(&Ray::up_to(p + n * height, -n, 2.0 * height));
-    met.is_some_and(|met| met.shape == surface.shape && met.ng.dot(n).abs() > SAME)
+/// Whether the same part of the shape lies at a point of the tangent plane, above or below it: a surface whose normals agree to
+/// [`SAME`] rises by no more than .485 of the way. Other shapes do not hide it.
+fn is_at(scene: &Scene, surface: &Surface, radius: f64, p: DVec3) -> bool {
+    let (n, height) = (surface.ng, (1.0 - SAME * SAME).sqrt() / SAME * radius);
+    let mut ray = Ray::up_to(p + n * height, -n, 2.0 * height);
+    for _ in 0..LAYERS {
+        let Some(met) = scene.intersect(&ray) else { return false };
+        if met.shape == surface.shape && met.ng.dot(n).abs() > SAME {
+            return true;
+        }
+        ray = scene.leave(&met, -n);
+        ray.t_max = height + (met.p - p).dot(n);
+    }
+    false
 }
 
 /// Whether a triangle is of the same part of the surface: it faces the same way and is no farther than the radius, or it lies

@@ -109,10 +109,13 @@ impl Estimator {
         mean * mean * self.mean_square() / (k as f64 - 2.0)
     }
 
-    /// Photons per area, of those that were found as the k nearest, the last of them the farthest.
+    /// Photons per area, of those that were found as the k nearest, the last of them the farthest; infinite where all are at one point.
     pub fn density(self, found: &[Found]) -> f64 {
         let Some(last) = found.last() else { return 0.0 };
         let radius2 = f64::from(last.distance2());
+        if radius2 == 0.0 {
+            return f64::INFINITY;
+        }
         let used = if self.counts_last() { found } else { &found[..found.len() - 1] };
         used.iter().map(|found| self.weight(f64::from(found.distance2()) / radius2)).sum::<f64>() / (PI * radius2)
     }

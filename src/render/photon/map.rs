@@ -61,12 +61,13 @@ impl Default for Gather {
 pub struct Reading {
     /// What was asked for: irradiance [W/m²] or radiance [W/(sr m²)].
     pub value: Rgb,
-    /// The variance of its mean channel that a field without slope would have.
+    /// The variance of its mean channel: Σ (w Φ)² / A², times k / (k − 1) where the k-th of the nearest counts. Its expectation
+    /// is that of the estimate in a field without slope, infinite for k ≤ 2 as that is; 0 where no photon is found.
     pub variance: f64,
-    /// By how much its mean channel is too large for the curvature of the field, as the photons themselves tell: 6 m (C − P), with the
-    /// estimates C of the constant and P of Epanechnikov's kernel, and m of [`Estimator::mean_u`]. For a smooth field and
-    /// away from edges; as noisy as the estimate.
-    pub bias: f64,
+    /// By how much it is too large for the curvature of the field, as the photons themselves tell: 6 m (C − P), with the
+    /// estimates C of the constant and P of Epanechnikov's kernel, and m of [`Estimator::mean_u`]; and by a k-th of itself where
+    /// the k-th counts. For a smooth field and away from edges; as noisy as the estimate.
+    pub bias: Rgb,
     /// The radius within which photons counted.
     pub radius: f64,
     /// How many did.
@@ -87,6 +88,14 @@ struct OfShape {
     outline: Outline,
 }
 
+/// What counts at a point.
+struct Near<'a> {
+    found: &'a [Found],
+    radius2: f64,
+    /// Whether the last of them is the one that gave the radius.
+    counts_last: bool,
+}
+
 /// A photon map.
 #[derive(Debug)]
 pub struct PhotonMap {
@@ -102,10 +111,13 @@ thread_local! {
 }
 
 impl PhotonMap {
-    /// Sorts the photons of a scene.
+    /// Sorts the photons of a scene, at most 2³² − 1.
     ///
     /// # Errors
     /// Where k or the radius is not in its domain, or k is above the number of photons.
+    ///
+    /// # Panics
+    /// Where a photon lies on a shape that the scene does not have.
     pub fn new(scene: &Scene, photons: &[Photon], gather: Gather) -> Result<Self, PhotonError> {
         let stored = photons.len();
         match gather.around {
@@ -211,27 +223,30 @@ impl PhotonMap {
         reading
     }
 
-    /// The photons that count, and the square of the radius.
+    /// The photons that count, and the radius.
     fn find<'a>(
         &self,
         q: DVec3,
         shape: &OfShape,
         nearest: &'a mut Nearest,
         keep: impl Fn(&Photon) -> bool,
-    ) -> (&'a [Found], f64) {
-        let photon = |found: Found| &shape.photons[found.number() as usize];
+    ) -> Near<'a> {
         let keep = |i: u32| keep(&shape.photons[i as usize]);
         match (&shape.store, self.gather.around) {
             (Store::Tree(tree), Around::Nearest { k, reach }) => {
-                nearest.begin(k, (reach * reach) as f32);
+                let reach2 = reach * reach;
+                nearest.begin(k, (reach2 as f32).max(f32::MIN_POSITIVE));
                 tree.nearest(q, nearest, keep);
                 let found = nearest.finish();
-                if found.len() < k && reach.is_finite() {
-                    return (found, reach * reach);
+                if found.len() < k && reach2.is_finite() {
+                    return Near { found, radius2: reach2, counts_last: false };
                 }
-                let Some((last, nearer)) = found.split_last() else { return (found, 0.0) };
-                let radius2 = photon(*last).p.distance_squared(q);
-                (if self.gather.estimator.counts_last() { found } else { nearer }, radius2.max(self.least))
+                // Exactly: trees tell near from far in single precision.
+                let distance2 = |found: &Found| shape.photons[found.number() as usize].p.distance_squared(q);
+                let radius2 = found.iter().map(distance2).fold(self.least, f64::max);
+                let counts_last = self.gather.estimator.counts_last();
+                let nearer = found.len().saturating_sub(1);
+                Near { found: if counts_last { found } else { &found[..nearer] }, radius2, counts_last }
             }
             (Store::Grid(grid), Around::Radius(radius)) => {
                 nearest.begin(shape.photons.len(), f32::INFINITY);
@@ -240,10 +255,10 @@ impl PhotonMap {
                         nearest.push(found);
                     }
                 });
-                (nearest.finish(), radius * radius)
+                Near { found: nearest.finish(), radius2: radius * radius, counts_last: false }
             }
             // The store is the one that `around` asks for.
-            _ => (&[], 0.0),
+            _ => Near { found: &[], radius2: 0.0, counts_last: false },
         }
     }
 
@@ -253,7 +268,7 @@ impl PhotonMap {
         surface: &Surface,
         n: DVec3,
         shape: &OfShape,
-        (found, radius2): (&[Found], f64),
+        Near { found, radius2, counts_last }: Near,
         value: impl Fn(&Photon) -> Rgb,
     ) -> Reading {
         let radius = radius2.sqrt();
@@ -261,15 +276,18 @@ impl PhotonMap {
             return Reading { radius, ..Reading::default() };
         }
         let open = !self.gather.walls || visible::is_open(scene, surface.p, n, radius);
-        let (mut sum, mut squares, mut bent, mut photons) = (Rgb::BLACK, 0.0, 0.0, 0);
-        for found in found {
+        let (mut sum, mut squares, mut bent, mut photons) = (Rgb::BLACK, 0.0, Rgb::BLACK, 0);
+        // The one that gave the radius says nothing of the field's curvature.
+        let inner = found.len() - usize::from(counts_last);
+        for (at, found) in found.iter().enumerate() {
             let photon = &shape.photons[found.number() as usize];
             if open || visible::sees(scene, (surface.p, n), (photon.p, photon.n)) {
-                // Exactly: trees tell near from far in single precision.
                 let (light, u) = (value(photon), (photon.p.distance_squared(surface.p) / radius2).min(1.0));
                 let part = light * self.gather.estimator.weight(u);
                 sum += part;
-                bent += light.mean() * (1.0 - Estimator::Epanechnikov.weight(u));
+                if at < inner {
+                    bent += light * (1.0 - Estimator::Epanechnikov.weight(u));
+                }
                 squares += part.mean() * part.mean();
                 photons += 1;
             }
@@ -281,22 +299,12 @@ impl PhotonMap {
                 area *= visible::share(scene, surface, n, radius, &shape.outline);
             }
         }
-        let variance = squares / (area * area) * self.spread(found.len());
-        let bias = 6.0 * self.gather.estimator.mean_u() * bent / area;
-        Reading { value: sum / area, variance, bias, radius, photons }
-    }
-
-    /// What the random radius adds to the variance of a Poisson number: with the k nearest c / (k − 2) for c / count.
-    fn spread(&self, count: usize) -> f64 {
-        match self.gather.around {
-            Around::Nearest { k, .. } if count + 1 >= k => {
-                if k > 2 {
-                    count as f64 / (k as f64 - 2.0)
-                } else {
-                    f64::INFINITY
-                }
-            }
-            _ => 1.0,
+        let (k, value) = (found.len() as f64, sum / area);
+        let (mut variance, mut bias) = (squares / (area * area), bent * (6.0 * self.gather.estimator.mean_u() / area));
+        if counts_last {
+            variance *= k / (k - 1.0).max(1.0);
+            bias += value / k;
         }
+        Reading { value, variance, bias, radius, photons }
     }
 }

@@ -26,6 +26,7 @@ pub mod tally;
 pub mod tree;
 pub mod view;
 
+mod disk;
 mod error;
 #[cfg(test)]
 mod tests;
@@ -46,7 +47,7 @@ pub struct Photon {
     pub wi: DVec3,
     /// Unit normal of the geometry, on the side from which it came.
     pub n: DVec3,
-    /// What it carries \[W\].
+    /// What it carries \[W\]; at a masked surface what it would if the mask were opaque.
     pub flux: Rgb,
     /// 1 / η² of the medium in which it arrived, with the index η relative to that at the light: flux times this is in the
     /// units of basic radiance, which paths carry.

@@ -48,7 +48,7 @@ impl Nearest {
         self.found.clear();
         self.k = k;
         // A half more costs a selection of 3/2 k for every k/2 points.
-        self.room = k + (k / 2).max(8);
+        self.room = k.saturating_add((k / 2).max(8));
         self.limit = limit;
         self.found.reserve(self.room.min(ROOM));
     }

@@ -7,6 +7,8 @@
 //! The photons are cut into batches of [`BATCH`], each with its own stream: the same seed gives the same bits for any number of
 //! threads.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::tally::Tally;
@@ -24,6 +26,8 @@ pub const BATCH: u64 = 1024;
 pub const LONG: u32 = 1000;
 /// Batches under way before their photons are put together.
 const WAVE: u64 = 64;
+/// Photons that a batch stores before the others hear of it.
+const NEWS: usize = 1 << 12;
 /// The number of the sample whose stream a batch takes, less the pass: beyond all samples of images.
 const PHOTONS: u64 = u64::MAX;
 
@@ -78,7 +82,8 @@ impl Shooting {
         let mut first = 0;
         while first < batches {
             let end = batches.min(first + WAVE);
-            let wave: Vec<Shot> = (first..end).into_par_iter().map(|batch| self.batch(scene, batch)).collect();
+            let stored = AtomicUsize::new(photons.len());
+            let wave: Vec<Shot> = (first..end).into_par_iter().map(|batch| self.batch(scene, batch, &stored)).collect();
             for shot in wave {
                 if photons.len() + shot.photons.len() > self.most {
                     return Err(PhotonError::TooMany { most: self.most });
@@ -96,15 +101,19 @@ impl Shooting {
         1.0 / self.photons as f64
     }
 
-    fn batch(&self, scene: &Scene, batch: u64) -> Shot {
+    /// `stored` counts the photons of all batches. Where it passes the limit each stops short, for nothing of them will be used.
+    fn batch(&self, scene: &Scene, batch: u64, stored: &AtomicUsize) -> Shot {
+        let mut told = 0;
         let mut shot = Shot { photons: Vec::new(), tally: Tally::new(scene.shapes().len()) };
         let mut sampler = Independent::at(self.seed, batch, PHOTONS.wrapping_sub(self.pass));
         for _ in batch * BATCH..self.photons.min((batch + 1) * BATCH) {
-            let before = shot.photons.len();
             self.one(scene, &mut sampler, &mut shot);
-            // A batch of light that hardly ends must not fill the memory before it is looked at.
-            if before > self.most {
-                break;
+            let news = shot.photons.len() - told;
+            if news >= NEWS {
+                told += news;
+                if stored.fetch_add(news, Ordering::Relaxed) + news > self.most {
+                    break;
+                }
             }
         }
         for photon in &mut shot.photons {
@@ -137,6 +146,8 @@ impl Shooting {
             if self.kept.holds(history) && stores(&vertex) {
                 let n = if surface.ng.dot(ray.dir) < 0.0 { surface.ng } else { -surface.ng };
                 let shape = surface.shape as u32;
+                // An estimate of what the surface reflects is made where it is there, as this photon was.
+                let flux = flux / opaque(scene, &surface);
                 shot.photons.push(Photon { p: surface.p, wi: -ray.dir, n, flux, basic, shape, bounces, history });
                 tally.stored += 1;
             }
@@ -170,13 +181,17 @@ impl Shooting {
 pub(super) fn next_surface<S: Sampler + ?Sized>(scene: &Scene, ray: &mut Ray, sampler: &mut S) -> Option<Surface> {
     loop {
         let surface = scene.intersect(ray)?;
-        match scene.material_of(surface.shape).opacity() {
-            Some(opacity) if sampler.next_1d() >= opaque_share(opacity, &surface) => {
-                *ray = scene.leave(&surface, ray.dir);
-            }
-            _ => return Some(surface),
+        let opaque = opaque(scene, &surface);
+        if opaque >= 1.0 || sampler.next_1d() < opaque {
+            return Some(surface);
         }
+        *ray = scene.leave(&surface, ray.dir);
     }
+}
+
+/// The probability that a masked surface is there.
+fn opaque(scene: &Scene, surface: &Surface) -> f64 {
+    scene.material_of(surface.shape).opacity().map_or(1.0, |opacity| opaque_share(opacity, surface))
 }
 
 /// Whether light that arrives can be seen by an estimate of its density: somewhere the model is no Dirac lobe.

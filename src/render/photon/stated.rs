@@ -16,11 +16,11 @@ use crate::scene::{Ray, Scene};
 pub struct Stated {
     /// The radiance.
     pub value: Rgb,
-    /// The standard deviation of its mean channel over maps, at most: the parts of one value go together or cancel, and their
-    /// deviations are added as if they went together.
+    /// The standard deviation of its mean channel over maps, rather too large: the parts of a value go together or cancel, and
+    /// their deviations are added as if they went together. See [`Reading::variance`].
     pub std_err: f64,
-    /// By how much its mean channel is too large. See [`Reading::bias`].
-    pub bias: f64,
+    /// By how much it is too large. See [`Reading::bias`].
+    pub bias: Rgb,
 }
 
 impl From<Rgb> for Stated {
@@ -47,10 +47,9 @@ impl AddAssign for Stated {
 impl Mul<Rgb> for Stated {
     type Output = Self;
 
-    /// By a reflectance; the error is that of grey light.
+    /// By a reflectance. All light may be in the channel that it reflects most of.
     fn mul(self, weight: Rgb) -> Self {
-        let mean = weight.mean();
-        Self { value: self.value * weight, std_err: self.std_err * mean, bias: self.bias * mean }
+        Self { value: self.value * weight, std_err: self.std_err * weight.max_channel(), bias: self.bias * weight }
     }
 }
 
@@ -60,20 +59,20 @@ pub trait OfMap: Radiance {
     fn stated(&self, scene: &Scene, ray: Ray, sampler: &mut dyn Sampler) -> Stated;
 }
 
-/// The error of the map in every pixel of the image, row by row: its standard deviation and its bias, by so many samples of
-/// the pixel.
+/// The error of the map in every pixel of the image, row by row: standard deviation and bias of its mean channel, by so many
+/// samples, one at least, spread evenly over the pixel, whatever the film's filter.
 pub fn map_errors(scene: &Scene, light: &dyn OfMap, samples: u32, seed: u64) -> [Vec<f32>; 2] {
     let (width, height) = (scene.film().width, scene.film().height);
     let pixel = |at: usize| {
         let (mut sampler, mut sum) = (Independent::new(seed), Stated::default());
-        for sample in 0..samples {
+        for sample in 0..samples.max(1) {
             sampler.begin(at as u64, sample.into());
             let (film, lens) = (sampler.next_2d(), sampler.next_2d());
             let corner = DVec2::new((at % width) as f64, (at / width) as f64);
             sum += light.stated(scene, scene.camera_ray(corner + film, lens), &mut sampler);
         }
-        let count = f64::from(samples);
-        ((sum.std_err / count) as f32, (sum.bias / count) as f32)
+        let count = f64::from(samples.max(1));
+        ((sum.std_err / count) as f32, (sum.bias.mean() / count) as f32)
     };
     let (std_errs, biases) = (0..width * height).into_par_iter().map(pixel).unzip();
     [std_errs, biases]

