@@ -1,7 +1,7 @@
 //! Data flows one way through the layers of `src`: no layer names a later one.
 //!
 //! Unit tests may: an oracle often comes from a later layer. The block `#[cfg(test)] mod … {` at the bottom of a file
-//! is not scanned, nor are the files of modules declared by `#[cfg(test)] mod …;`, nor comments.
+//! is not scanned, nor are the files and folders of modules declared by `#[cfg(test)] mod …;`, nor comments.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,10 +41,17 @@ fn test_module<'a>(lines: &[&'a str], at: usize) -> Option<&'a str> {
 }
 
 /// The names of modules that `source` declares for tests alone, in files of their own.
-fn test_files(source: &str) -> Vec<String> {
+fn test_modules(source: &str) -> Vec<&str> {
     let lines: Vec<&str> = source.lines().collect();
-    let declared = (0..lines.len()).filter_map(|at| test_module(&lines, at)?.strip_suffix(';')?.rsplit(' ').next());
-    declared.map(|name| format!("{name}.rs")).collect()
+    (0..lines.len()).filter_map(|at| test_module(&lines, at)?.strip_suffix(';')?.rsplit(' ').next()).collect()
+}
+
+/// Whether a file, or a folder that it lies in, is such a module.
+fn is_for_tests(src: &Path, path: &Path) -> bool {
+    path.ancestors().take_while(|module| *module != src).any(|module| {
+        let parent = fs::read_to_string(module.with_file_name("mod.rs")).unwrap_or_default();
+        test_modules(&parent).iter().any(|name| module.file_stem().is_some_and(|stem| stem == *name))
+    })
 }
 
 /// `use crate::{a, b}` would hide a layer from the scan above; each layer has its own line.
@@ -74,8 +81,7 @@ fn no_layer_names_a_later_one() {
     for layer in LAYERS {
         for path in sources(&src.join(layer)) {
             let source = fs::read_to_string(&path).expect("a readable source");
-            let parent = fs::read_to_string(path.with_file_name("mod.rs")).unwrap_or_default();
-            if test_files(&parent).iter().any(|name| path.ends_with(name)) {
+            if is_for_tests(&src, &path) {
                 continue;
             }
             let found = later_layers_named(layer, &source);
@@ -105,7 +111,11 @@ fn the_scan_sees_what_it_must() {
     let innocent = "// crate::cli\nuse crate::clip;\n#[cfg(test)]\nmod tests {\n    use crate::cli;\n}\n";
     assert_eq!(later_layers_named("math", innocent), []);
     let declared = "#[cfg(test)]\npub(crate) mod oracle;\nuse crate::bsdf;\n";
-    assert_eq!(test_files(declared), ["oracle.rs"]);
+    assert_eq!(test_modules(declared), ["oracle"]);
     assert_eq!(later_layers_named("math", declared), [(3, "bsdf")], "what follows a declaration is scanned");
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let [tests, code] =
+        ["tests/density.rs", "map.rs"].map(|file| is_for_tests(&src, &src.join("render/photon").join(file)));
+    assert!(tests && !code);
     assert!(has_grouped_import_of_layers("use crate::{bsdf, cli};"));
 }

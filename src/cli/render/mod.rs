@@ -109,7 +109,8 @@ fn rendered(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<(Report, boo
     let state = Checkpoint { film, provenance };
     let map_errors = match &light {
         Algorithm::OfMap(light) if !was_interrupted => {
-            outputs.checkpoint(&state)?;
+            // If it cannot be written now, the end will say so.
+            let _ = outputs.checkpoint(&state);
             outputs.map_errors(&scene, &**light, &state.film, args)
         }
         _ => None,

@@ -7,6 +7,7 @@ use crate::math::sum::Moments;
 use crate::render::Radiance;
 use crate::render::path::PathTracer;
 use crate::render::photon::Kept;
+use crate::render::photon::gather::FinalGather;
 use crate::render::photon::kernel::Estimator;
 use crate::render::photon::map::{Around, Gather, PhotonMap};
 use crate::render::photon::progressive::{ALPHA, First, Sppm};
@@ -57,4 +58,29 @@ fn progressive_maps_of_the_cornell_box_come_to_path_tracing() {
     let emitted =
         total(&blocks(&scene, &PathTracer { bounces: Some(0), ..PathTracer::default() }, 500, 7)) / total(&paths);
     assert!((all + direct - emitted - 1.0).abs() > 0.1, "the comparison has lost its power");
+}
+
+#[test]
+fn rays_of_a_gather_are_spread_better_than_by_chance() {
+    // A point of the ceiling, to which no light comes straight: all is by the rays, to one map.
+    let scene = named("cornell-original", &[]);
+    let ray = scene.camera_ray(DVec2::new(256.0, 40.0), DVec2::ZERO);
+    let met = scene.intersect(&ray).expect("the ceiling");
+    assert_eq!(scene.shapes()[met.shape].name, "ceiling");
+    let shot = Shooting { photons: 50_000, ..Shooting::default() }.shoot(&scene).unwrap();
+    let [one, many] = [1, 16].map(|rays| {
+        let light = FinalGather::new(&scene, &shot.photons, Gather::default(), rays, None).unwrap();
+        let (mut moments, mut sampler) = (Moments::default(), Independent::new(2));
+        for sample in 0..16_000 {
+            sampler.begin(0, sample);
+            moments.add(light.radiance(&scene, ray, &mut sampler).mean());
+        }
+        moments
+    });
+    let gap = (one.mean() - many.mean()).abs();
+    assert!(gap <= 4.0 * one.std_err().hypot(many.std_err()), "{one:?} {many:?}");
+    // Sixteen independent rays would leave a sixteenth of the variance, each of the two known to 2 %; a lattice leaves less, as far as the
+    // light is smooth: the map's own grain stays.
+    let ratio = 16.0 * many.variance() / one.variance();
+    assert!(ratio < 0.9, "{ratio}");
 }
