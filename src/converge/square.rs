@@ -7,8 +7,8 @@ use super::{Estimator, Target};
 /// The names of the targets, with what they are.
 pub const NAMES: &[(&str, &str)] = &[
     ("smooth", "e^(x + y): smooth, and not periodic"),
-    ("sum", "x² + y²: smooth, and a sum of functions of one coordinate each"),
     ("edge", "1 below an oblique line that leaves the square on its sides, 0 above"),
+    ("sum", "x² + y²: smooth, and a sum of functions of one coordinate each"),
 ];
 
 /// The target of this name, with its one estimator.

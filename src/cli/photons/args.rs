@@ -19,7 +19,8 @@ use crate::scene::Scene;
 
 pub(in crate::cli) const HELP: &str = "\
 Photons start at the lights in proportion to their power, are scattered by the models of the surfaces, and are kept where\n\
-they meet one that is no mirror or glass. The image is the bare map: the density of photons at the first such surface.\n\n\
+they meet one that is no mirror or glass. The image is the bare map: the density of photons at the first such surface. As .exr it\n\
+states the map's own error, too: Map.StdErr, the standard deviation over maps, and Map.Bias, for the curvature of the light.\n\n\
 The estimators, over the k nearest photons within r, u = (distance / r)^2:\n  \
 k             k / (pi r^2): the textbook's, too large by k / (k - 1)\n  \
 k-1           (k - 1) / (pi r^2): without the last, and unbiased (the default)\n  \

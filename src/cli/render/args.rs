@@ -20,7 +20,8 @@ pub(in crate::cli) const HELP: &str = "SCENE is a file (Mitsuba XML, OBJ, PLY, g
     direct          a connection to a light at every surface\n  bsdf            no connection: bounce until a light is hit\n  \
     random-connect  one connection at a random bounce, then the path ends\n\n\
     Output formats by extension: .exr (float; R, G, B and the variance of each pixel's mean), .pfm, .hdr, .png\n\
-    (sRGB, --exposure in stops; a preview). Ctrl-C writes what there is.\n\n\
+    (sRGB, --exposure in stops; a preview). With a photon map .exr states the map's error, too: Map.StdErr and Map.Bias.\n\
+    Ctrl-C writes what there is.\n\n\
     Examples:\n  whitefurnace render cornell-original -o box.exr -o box.png --spp 256\n  \
     whitefurnace render scene.xml -o a.exr --bounces 1 --strategy direct\n  \
     whitefurnace render scene.xml -o a.exr --rel-error 0.01 --checkpoint a.wfc\n  \

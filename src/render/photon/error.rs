@@ -23,7 +23,7 @@ pub enum PhotonError {
         map: &'static str,
     },
     /// Fewer photons than neighbours.
-    #[error("k = {k} neighbours of {stored} stored photons; allowed is 1 to {stored}")]
+    #[error("k = {k} neighbours of {stored} stored photons; allowed are no more than there are")]
     TooFew {
         /// Neighbours asked for.
         k: usize,

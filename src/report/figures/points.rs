@@ -12,7 +12,7 @@ pub const SET: Set = Set {
     files: &[
         File {
             name: "noise.csv",
-            about: "Error of a mean over the unit square against the number of points, for a smooth integrand and an edge",
+            about: "Error of a mean over the unit square against the number of points, for a smooth integrand, an edge, and a sum",
             columns: ERRORS,
         },
         File { name: "noise_fits.csv", about: "The exponents of these errors", columns: FITS },
