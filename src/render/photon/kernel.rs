@@ -153,6 +153,10 @@ mod tests {
             assert!((estimator.variance(50) - variance).abs() < 1e-6, "{estimator:?}");
         }
         assert!((Estimator::K.mean(50) - 1.020408).abs() < 1e-6);
+        // All at one point.
+        assert!(
+            Estimator::ALL.iter().all(|each| each.density(&[Found::new(0.0, 1), Found::new(0.0, 2)]).is_infinite())
+        );
     }
 
     /// Density / λ of each estimator at the corners of an icosahedron, of so many maps with n photons on the unit sphere.

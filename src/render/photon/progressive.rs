@@ -131,6 +131,7 @@ impl Radiance for Pass {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::power_law;
     use crate::math::sum::Moments;
     use crate::sampling::sampler::Independent;
     use crate::sampling::warp::uniform_sphere;
@@ -215,13 +216,10 @@ mod tests {
                 squares
             })
             .collect();
-        let points: Vec<(f64, f64)> = (0..4)
-            .map(|at| ((counts[at] as f64).ln(), 0.5 * squares.iter().map(|each| each[at]).sum::<f64>().ln()))
-            .collect();
-        let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / 4.0;
-        let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-        points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
-            / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
+        let error = |at: usize| squares.iter().map(|each| each[at]).sum::<f64>().sqrt();
+        let points: Vec<_> = counts.iter().enumerate().map(|(at, &n)| (n as f64, error(at))).collect();
+        let [slope, _] = power_law::exponent(&points).expect("errors");
+        slope
     }
 
     #[test]
